@@ -1,6 +1,6 @@
 //! What to measure: before a session what a procedure can show, after one what separates the laws that it left open.
 
-use crate::fit::usual_parameters;
+use crate::fit::{PoseRules, usual_parameters};
 use crate::mismatch::{
     DesignBench, DesignReport, Diagnosis, GaugeSteps, Line, NextMeasurement, Observations,
     RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements, poses_at_hand,
@@ -57,6 +57,7 @@ fn usual_bench(
     let bench = DesignBench {
         baseline,
         poses,
+        may_be_measured: poses,
         parameters: None,
         noise: USUAL_NOISE,
         steps: USUAL_STEPS,
@@ -96,19 +97,27 @@ pub fn usual_plan(
     usual_bench(&baseline, &poses, &procedure, seed)
 }
 
-/// Measurements proposed, and the procedures to be written beside them: file name and text.
-type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
+/// Measurements that are proposed.
+#[derive(Debug, Default)]
+pub(super) struct Proposals {
+    pub(super) next: Vec<NextMeasurement>,
+    /// The procedures to be written beside them: file name and text.
+    pub(super) files: Vec<(String, String)>,
+    /// What their poses keep and which are left out for it, if rules are stated.
+    pub(super) note: Option<String>,
+}
 
 /// Plans that separate what a diagnosis left open, with the procedures to be written beside it.
 ///
 /// # Arguments
 /// - `found`: values of the parameters with what was found.
+/// - `rules`: what is stated of the poses that may be proposed.
 pub(super) fn proposals(
     model: &ResolvedModel,
     header: Option<&SessionHeader>,
     done: &Observations,
     (diagnosis, found): (&Diagnosis, &FittingFactors),
-    parameters: &ParameterChoice,
+    (parameters, rules): (&ParameterChoice, &PoseRules),
 ) -> Result<Proposals, AnalysisError> {
     let mechanism = model.mechanism()?;
     // Planned are loads and displacements.
@@ -116,12 +125,14 @@ pub(super) fn proposals(
         return Ok(Proposals::default());
     }
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
+    let (may_be, within) = rules.of_known((&model.robot, mechanism), &poses, &done.poses);
     let measured = done.largest_m_per_n(0.0);
     let baseline = baseline(model, mechanism, &poses, parameters, measured)?;
     let fitted = baseline.fitted_values(found);
     let bench = DesignBench {
         baseline: &baseline,
         poses: &poses,
+        may_be_measured: &may_be,
         parameters: Some(&fitted),
         noise: diagnosis.noise,
         steps: done.steps,
@@ -147,7 +158,23 @@ pub(super) fn proposals(
             name
         });
     }
-    Ok((next, files))
+    let left_out: Vec<&str> = poses
+        .iter()
+        .filter(|pose| !may_be.contains(pose))
+        .map(PoseId::as_str)
+        .collect();
+    let rules = [
+        (!within.words().is_empty()).then(|| format!("keep {}", within.words())),
+        (!left_out.is_empty()).then(|| format!("are not {}", left_out.join(", "))),
+    ];
+    let rules: Vec<String> = rules.into_iter().flatten().collect();
+    let note = (!rules.is_empty() && !next.is_empty()).then(|| {
+        format!(
+            "proposed measurements are in measured and named poses that {}",
+            rules.join(" and ")
+        )
+    });
+    Ok(Proposals { next, files, note })
 }
 
 /// Plans that separate what the diagnosis of a part left open, in words.
@@ -183,6 +210,7 @@ pub(super) fn proposals_for_part(
     let bench = DesignBench {
         baseline: line,
         poses: &done.poses,
+        may_be_measured: &done.poses,
         parameters: Some(&diagnosis.parameters),
         noise,
         steps: done.steps,

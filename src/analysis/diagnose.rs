@@ -1,6 +1,6 @@
 //! Diagnoses: what the model leaves out.
 
-use crate::fit::TableMistake;
+use crate::fit::{PoseRules, TableMistake};
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
     KnownNoise, LawCriticalValues, Line, Located, Location, MismatchError, NextMeasurement,
@@ -9,7 +9,6 @@ use crate::mismatch::{
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
-use crate::robot::ModelParameter;
 use crate::specimen::SpecimenTable;
 
 use super::data::{Data, LoadedLoadCases, LoadedSession};
@@ -25,6 +24,7 @@ use super::subject::{RobotSubject, Subject};
 use super::together::{
     LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked, resolve_together,
 };
+use super::unknown_springs::UnknownSprings;
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
 const RECORD_TOO_GOOD: f64 = 1.5;
@@ -42,6 +42,8 @@ pub struct DiagnoseSettings {
     pub noise: NoiseSource,
     /// Whether readings and runs that their repeats contradict stay in.
     pub keep_outliers: bool,
+    /// What is stated of the poses that may be proposed.
+    pub rules: PoseRules,
 }
 
 /// Where the noise of single readings comes from.
@@ -300,7 +302,7 @@ pub(super) fn diagnose_together(
     baseline.suspect_file();
     step();
     let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();
-    warnings.extend(baseline.unloaded().iter().map(kept));
+    warnings.extend(kept(&baseline, model, parameters));
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed: options.seed,
@@ -325,7 +327,6 @@ pub(super) fn diagnose_together(
     }
     let (diagnosis, critical, located) = found;
     step();
-    warnings.extend(unseen_known_effects(&diagnosis));
     let trace = trace(&baseline, &observations, &diagnosis)?;
     for (place, one) in sessions.iter_mut().enumerate() {
         let noise = observations.noise_of_session(place, &diagnosis.noise);
@@ -335,7 +336,8 @@ pub(super) fn diagnose_together(
     let fitted_factors = baseline.factors(&diagnosis.parameters);
     let known = (&diagnosis, &fitted_factors);
     let file_lines = file_lines(&baseline, model, &diagnosis);
-    let (next, procedures) = proposals(model, header, &done, known, parameters)?;
+    let proposed = proposals(model, header, &done, known, (parameters, &options.rules))?;
+    warnings.extend(unseen_known_effects(&diagnosis).chain(proposed.note));
     step();
     Ok(DiagnosisReport {
         data: joined_name(session, &sessions),
@@ -359,8 +361,8 @@ pub(super) fn diagnose_together(
         observations,
         located,
         trace,
-        next,
-        procedures,
+        next: proposed.next,
+        procedures: proposed.files,
         without: search.without,
         noise_origin,
         seed: search.seed,
@@ -463,9 +465,18 @@ fn leave_out(observations: &mut Observations, bad: &BadReading) -> Vec<MarkedRea
     mark
 }
 
-/// A spring that no reading tells of, in words.
-fn kept(spring: &ModelParameter) -> String {
-    format!("{spring} is kept: {}", spring.unloaded_words())
+/// Springs that no reading tells of, and those without a value that are not free, in words.
+fn kept(
+    baseline: &RobotBaseline<'_>,
+    model: &ResolvedModel,
+    parameters: &ParameterChoice,
+) -> Vec<String> {
+    let unloaded = baseline.unloaded().iter();
+    let unloaded = unloaded.map(|spring| format!("{spring} is kept: {}", spring.unloaded_words()));
+    let unknown = UnknownSprings::of(model);
+    let rigid = unknown.kept(parameters).into_iter();
+    let rigid = rigid.map(|(spring, words)| format!("{spring}: {words}"));
+    unloaded.chain(rigid).collect()
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.

@@ -162,7 +162,7 @@ pub enum AnalysisError {
     #[diagnostic(
         code(stiffbench::robot::factor_file),
         help(
-            "write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link"
+            "write it as `fit --save-factors` does: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }}, the same for link, and springs = {{ \"joint.J1\" = 2e-5 }}; what is absent is 1 or has no value"
         )
     )]
     Factors {

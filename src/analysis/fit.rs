@@ -7,16 +7,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::fit::{
-    BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
-    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, PlannedLoadCases, PoseRules,
-    ResampledUnit, TableMistake, WeightBasis, bootstrap_cells, find_lower_minimum, fit_cells,
-    fit_load_cases, follow_paper, plan_beside_cells, plan_load_cases,
+    BootstrapDraws, FactorStatus, FitError, FitOptions, FitOutcome, FitProblem, FixedPhysics,
+    MeasuredStiffness, MonteCarloSettings, PaperFit, PaperOptions, PaperSource, PlannedLoadCases,
+    PoseRules, ResampledUnit, TableMistake, WeightBasis, bootstrap_cells, find_lower_minimum,
+    fit_cells, fit_load_cases, follow_paper, plan_beside_cells, plan_load_cases,
 };
-use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
+use crate::least_squares::{BootstrapSettings, LeastSquaresError, SearchSettings, SigmaMode};
 use crate::load_cases::LoadCaseTable;
 use crate::mismatch::{BadReading, CellSlopes, Observations};
 use crate::nearest::nearest;
-use crate::parameters::ParameterChoice;
+use crate::parameters::{FitRole, ParameterChoice};
 use crate::procedure::Procedure;
 use crate::robot::{FittingFactors, RobotError};
 use crate::stiffness::{Branches, Method, StiffnessTable};
@@ -31,6 +31,7 @@ use super::plausible::doubts_about_stiffness;
 use super::pose_plan::{procedure_of, table_of};
 use super::posed::PosedData;
 use super::together::{names, resolve_together};
+use super::unknown_springs::UnknownSprings;
 use crate::count::counted;
 
 /// Data ready to be fitted.
@@ -361,7 +362,14 @@ impl FitData {
     ) -> Result<FitOutcome, AnalysisError> {
         let options = self.options(settings)?;
         if let Some(posed) = &self.posed {
-            return Ok(fit_load_cases(&posed.problem(&self.model), &options)?);
+            let members = &options.choice.members;
+            let moves = members.iter().any(|one| one.role == FitRole::Free);
+            if !moves && !posed.posed.has_positions() {
+                let count = members.len();
+                return Err(FitError::from(LeastSquaresError::NoFreeParameter { count }).into());
+            }
+            let outcome = fit_load_cases(&posed.problem(&self.model), &options)?;
+            return Ok(self.without_unknown(outcome, &options.choice));
         }
         let start = self.model.start_of_fit(&options.choice);
         let problem = FitProblem {
@@ -409,7 +417,18 @@ impl FitData {
                 None => "swarm and simplex found no better fit within the bounds".to_owned(),
             });
         }
-        Ok(outcome)
+        Ok(self.without_unknown(outcome, &options.choice))
+    }
+
+    /// The same without numbers for springs that were kept though they have no value yet.
+    fn without_unknown(&self, mut outcome: FitOutcome, choice: &ParameterChoice) -> FitOutcome {
+        for (spring, words) in UnknownSprings::of(&self.model).kept(choice) {
+            let mut estimates = outcome.estimates.iter_mut();
+            if let Some(own) = estimates.find(|own| own.parameter == *spring) {
+                own.status = FactorStatus::NotIdentified { words };
+            }
+        }
+        outcome
     }
 
     /// The further load cases that determine best what a fit leaves open, a table to be filled in with them, and a procedure that measures

@@ -91,5 +91,5 @@ pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
 pub use subject::{RobotSubject, Subject};
 pub use together::{MarkedReading, OpenBefore, SessionShare};
-pub use unknown_springs::UnknownSprings;
+pub use unknown_springs::{UnknownSprings, stiffness_words};
 pub use vector_stiffness::VectorStiffness;

@@ -4,22 +4,19 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::load_cases::VectorQuantity;
-use crate::robot::{Pose, Predictor, Robot, RobotError, RoleInFit};
+use crate::robot::{ModelParameter, Pose, Predictor, Robot, RobotError, RoleInFit, SpringDefault};
 use crate::source_text::SourceText;
 use crate::test_point::Direction;
 use crate::toml_text::DocumentStep::Key;
 use crate::vector::norm;
 
-use super::unknown_springs::UnknownSprings;
+use super::unknown_springs::{RIGID_M_PER_N, UnknownSprings};
 
 /// Stiffness of the end, N/µm, below and above which a robot is hardly meant: a millimetre of sag by 0.1 N, a machine tool.
 const PLAUSIBLE_N_PER_UM: [f64; 2] = [1e-4, 1e3];
 
 /// Distance of the tool from the origin, m: a finger, the largest industrial robots and gantries.
 const PLAUSIBLE_REACH_M: [f64; 2] = [0.05, 10.0];
-
-/// Compliance, m/N, below which nothing of a robot gives way.
-const RIGID_M_PER_N: f64 = 1e-15;
 
 /// A robot file, tried.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -34,12 +31,20 @@ pub struct RobotCheck {
     pub checked: Vec<CheckedPose>,
     /// What is wrong or odd, in words.
     pub findings: Vec<String>,
+    /// Points that are held to the ground.
+    pub held: Vec<String>,
     /// Rigid links between points of a body that the file does not ask for, because no beam of it leads there.
     pub added_rigid_links: Vec<String>,
     /// What a fit is to find.
     pub free_springs: Vec<String>,
+    /// Springs of joints that the file makes rigid, of a robot that has other springs or no beams.
+    pub rigid_springs: Vec<String>,
     /// Which springs of a mechanism have no value yet, in words; empty if all have.
     pub unknown_springs: Vec<String>,
+    /// Height below which the file lets no joint and no tool be in a proposed pose, m; `null` if it states none.
+    pub floor_m: Option<f64>,
+    /// Least distance of the tool from the vertical through the base that the file lets a proposed pose have, m; `null` if it states none.
+    pub base_radius_m: Option<f64>,
     /// Columns of a table of load cases for this robot: pose, the joints that move the tool, force and displacement.
     pub load_case_columns: Vec<String>,
 }
@@ -56,6 +61,9 @@ pub struct CheckedPose {
     /// Stiffness of the end along x, y and z, N/µm; `null` where nothing gives way, and where it depends on a spring that has no value yet.
     #[serde(rename = "stiffness_N_per_um")]
     pub stiffness_n_per_um: [Option<f64>; 3],
+    /// The compliances behind it, m/N; none that depends on a spring without a value.
+    #[serde(skip)]
+    pub compliance_m_per_n: [Option<f64>; 3],
     /// Whether these are stiffnesses that robots have; `null` where none is known.
     pub plausible: Option<bool>,
 }
@@ -72,9 +80,13 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
         mass_kg: None,
         checked: Vec::new(),
         findings: robot.warnings.clone(),
+        held: Vec::new(),
         added_rigid_links: added.map(|link| link.name.clone()).collect(),
         free_springs: Vec::new(),
+        rigid_springs: rigid_springs(robot),
         unknown_springs: Vec::new(),
+        floor_m: robot.floor_m,
+        base_radius_m: robot.base_radius_m,
         load_case_columns: load_case_columns(robot),
     };
     let poses = robot.poses_or_nominal();
@@ -85,10 +97,13 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
     let free = springs.filter(|(_, spring)| spring.in_fit != RoleInFit::Fixed);
     check.free_springs = free.map(|(parameter, _)| parameter.to_string()).collect();
     let (_, factors) = robot.default_factors();
+    let mut nodes = Vec::new();
     for mechanism in robot.mechanisms.values() {
         let mut predictor = Predictor::new(robot, mechanism, &factors)?;
         let unknown = UnknownSprings::new(robot, mechanism, &factors, &[]);
         check.unknown_springs.extend(unknown.words());
+        let assembled = predictor.model().structure().nodes.iter();
+        nodes.extend(assembled.map(|node| node.name.to_string()));
         for (name, pose) in &poses {
             match predictor.place(pose) {
                 Ok(()) => check.try_pose(robot, &unknown, (name, pose), &mut predictor)?,
@@ -102,8 +117,29 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
             }
         }
     }
+    let supports = robot.supports.iter().map(|&held| &robot.nodes[held].name);
+    let supports = supports.map(ToString::to_string);
+    let (held, loose): (Vec<_>, Vec<_>) = supports.partition(|name| nodes.contains(name));
+    check.held = held;
+    if !loose.is_empty() {
+        let loose = loose.join(", ");
+        let words = format!("{loose}: held to the ground, but no link leads there");
+        check.findings.push(words);
+    }
     check.judge_size(source);
     Ok(check)
+}
+
+/// The springs of joints that are rigid, of a robot that has other springs or no beams.
+fn rigid_springs(robot: &Robot) -> Vec<String> {
+    if robot.own_springs().next().is_none() && !robot.members.is_empty() {
+        return Vec::new();
+    }
+    let joints = robot.joints.iter();
+    let rigid = joints.filter(|joint| joint.springs.own == SpringDefault::default());
+    rigid
+        .map(|joint| ModelParameter::of_joint(&joint.name, joint.motion).to_string())
+        .collect()
 }
 
 /// The columns of a table of load cases; of joints those that move the tool.
@@ -171,8 +207,9 @@ impl RobotCheck {
             self.mass_kg = Some(self.mass_kg.map_or(mass_kg, |largest| largest.max(mass_kg)));
         }
         let compliance = unknown.known(predictor.compliance().0, pose)?;
-        let stiffness = [0, 1, 2].map(|axis| {
-            let own = compliance[axis][axis].filter(|own| *own > RIGID_M_PER_N);
+        let compliance = [0, 1, 2].map(|axis| compliance[axis][axis]);
+        let stiffness = compliance.map(|own| {
+            let own = own.filter(|own| *own > RIGID_M_PER_N);
             own.map(|own| 1e-6 / own)
         });
         let [low, high] = PLAUSIBLE_N_PER_UM;
@@ -181,6 +218,7 @@ impl RobotCheck {
             pose: name.to_owned(),
             tool_m,
             stiffness_n_per_um: stiffness,
+            compliance_m_per_n: compliance,
             plausible: {
                 let mut known = stiffness.iter().flatten().peekable();
                 let any = known.peek().is_some();

@@ -1,5 +1,6 @@
 //! Springs that have no value yet, and what of the compliance of the end depends on them.
 
+use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{Effect, Place, laws};
 use crate::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Predictor, Robot, RobotError};
 
@@ -8,6 +9,18 @@ use super::model::ResolvedModel;
 
 /// Change of an entry of the compliance per compliance of a spring, SI, below which it does not depend on the spring: a lever of 30 um.
 const INDEPENDENT: f64 = 1e-9;
+
+/// Compliance, m/N, below which nothing of a robot gives way.
+pub(super) const RIGID_M_PER_N: f64 = 1e-15;
+
+/// A stiffness, N/um, by its compliance, m/N: the number, `rigid`, or `unknown` where it depends on a spring that has no value yet.
+pub fn stiffness_words(compliance: Option<f64>, number: &dyn Fn(f64) -> String) -> String {
+    match compliance {
+        None => "unknown".to_owned(),
+        Some(compliance) if compliance <= RIGID_M_PER_N => "rigid".to_owned(),
+        Some(compliance) => number(1e-6 / compliance),
+    }
+}
 
 /// What gives a spring a value.
 const REMEDY: &str = "fit the robot and name --factors, or state a stiffness or `spring = \"rigid\"` in the robot file";
@@ -63,7 +76,18 @@ impl<'a> UnknownSprings<'a> {
     fn problem(&self) -> String {
         let names: Vec<String> = self.springs.iter().map(ToString::to_string).collect();
         let have = if names.len() == 1 { "has" } else { "have" };
-        format!("{} {have} no stiffness yet", names.join(", "))
+        format!("{} {have} {}", names.join(", "), ModelParameter::UNKNOWN)
+    }
+
+    /// Those that a choice of free parameters keeps, with what is said of them.
+    pub(super) fn kept(&self, choice: &ParameterChoice) -> Vec<(&ModelParameter, String)> {
+        let moves = |spring: &&ModelParameter| {
+            let mut members = choice.members.iter();
+            members.any(|one| one.parameter == **spring && one.role != FitRole::Fixed)
+        };
+        let kept = self.springs.iter().filter(|spring| !moves(spring));
+        kept.map(|spring| (spring, format!("{}, kept rigid", ModelParameter::UNKNOWN)))
+            .collect()
     }
 
     /// A compliance of the end in a pose without the entries that depend on them.

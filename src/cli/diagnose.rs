@@ -80,6 +80,7 @@ fn diagnosed(
         seed: args.seed,
         without,
         keep_outliers: args.keep_outliers,
+        rules: args.rules.rules(),
     };
     let report = data.diagnose(options, &|| bar.inc(1))?;
     let model = &data.model;

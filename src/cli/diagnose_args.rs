@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use super::args::ModelArgs;
 use super::calibration_args::CalibrationArgs;
 use super::parameter_args::ParameterArgs;
+use super::pose_args::PoseRulesArgs;
 use super::specimen_args::SpecimenArgs;
 
 /// Arguments of `diagnose`.
@@ -54,6 +55,9 @@ pub(super) struct DiagnoseArgs {
     /// Calibration of the gauges.
     #[command(flatten)]
     pub(super) calibration: CalibrationArgs,
+    /// Which poses may be proposed.
+    #[command(flatten)]
+    pub(super) rules: PoseRulesArgs,
     /// Tables without a robot.
     #[command(flatten)]
     pub(super) specimen: SpecimenArgs,

@@ -24,13 +24,13 @@ pub(super) struct PoseArgs {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Proposed poses")]
 pub(super) struct PoseRulesArgs {
-    /// Height of the base axes below which no joint and no tool may be in a proposed pose [default: the base, for new poses]
+    /// Height of the base axes below which no joint and no tool may be in a proposed pose [default: that of the robot file, else the base, for new poses]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     floor_mm: Option<f64>,
-    /// Least distance of the tool from the vertical through the base [default: a tenth of the largest in a named pose, for new poses]
+    /// Least distance of the tool from the vertical through the base [default: that of the robot file, else a tenth of the largest in a named pose, for new poses]
     #[arg(long, value_name = "MM")]
     base_radius_mm: Option<f64>,
-    /// Least distance of a joint from its limits, percent of its range, of new poses [default: 5]
+    /// Least distance of a joint from its limits, percent of its range [default: 5, for new poses]
     #[arg(long, value_name = "PERCENT", value_parser = value_parser!(u8).range(0..=49))]
     limit_margin_percent: Option<u8>,
     /// Poses that are not to be proposed, comma-separated: P2, new187

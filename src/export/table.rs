@@ -117,7 +117,7 @@ impl ParameterRow {
             format!(", 95 % {} to {high}", number(low))
         };
         let Some(value) = self.value else {
-            return format!("{}: no value yet", self.name);
+            return format!("{}: {}", self.name, ModelParameter::UNKNOWN);
         };
         let mut parts = vec![format!("{} = {}{unit}", self.name, number(value))];
         parts.push(match self.ci95 {

@@ -419,6 +419,9 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
                 None => (1.0, String::new()),
             };
             let [now, then] = [one.now, one.then].map(|error| significant(scale * error, 2));
+            // Before that load case nothing but its bounds is known of a spring without a value.
+            let has_value = own.is_none_or(|own| own.value.is_some());
+            let now = if has_value { now } else { "unknown".to_owned() };
             format!("{} {now} to {then}{unit}", one.name)
         });
         document.item(format!(

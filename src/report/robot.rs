@@ -8,11 +8,11 @@ use serde::Serialize;
 
 use stiffbench_document::{Table, table_of};
 
-use crate::analysis::RobotCheck;
+use crate::analysis::{RobotCheck, stiffness_words};
 use crate::physics::{ActingPhysics, Effect};
 use crate::robot::{
-    ChainMobility, FittingFactors, MechanismModel, Mobility, NamedPose, Robot, RoleInFit, Variable,
-    Yielding,
+    ChainMobility, FittingFactors, MechanismModel, Mobility, ModelParameter, NamedPose, Robot,
+    RoleInFit, Variable, Yielding,
 };
 use crate::structure::Compliance6;
 
@@ -297,7 +297,7 @@ impl ComplianceReport {
                     .chain(row.map(|entry| text(entry, &|entry| format!("{entry:.6e}")))),
             );
         }
-        let stiffness = |i: usize| text(self.compliance[i][i], &|c| significant(1e-6 / c, 5));
+        let stiffness = |i: usize| stiffness_words(self.compliance[i][i], &|k| significant(k, 5));
         let stiffness = [0, 1, 2].map(stiffness);
         format!(
             "{}\n{}. Stiffness along x, y, z: {} N/um.\n",
@@ -311,12 +311,7 @@ impl ComplianceReport {
 /// A robot file, tried, for people.
 #[must_use]
 pub fn robot_check_text(check: &RobotCheck) -> String {
-    let none = if check.unknown_springs.is_empty() {
-        "rigid"
-    } else {
-        "unknown"
-    };
-    let stiffness = |k: Option<f64>| k.map_or(none.to_owned(), |k| format!("{k:.5}"));
+    let stiffness = |compliance| stiffness_words(compliance, &|k| format!("{k:.5}"));
     let mark = |is_plausible: bool| if is_plausible { "yes" } else { "no" }.to_owned();
     let mut text = table_of(
         &check.checked,
@@ -326,9 +321,9 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             ("tool x, y, z, m", &|one| {
                 one.tool_m.map(|m| format!("{m:.3}")).join(", ")
             }),
-            ("Kx, N/um", &|one| stiffness(one.stiffness_n_per_um[0])),
-            ("Ky, N/um", &|one| stiffness(one.stiffness_n_per_um[1])),
-            ("Kz, N/um", &|one| stiffness(one.stiffness_n_per_um[2])),
+            ("Kx, N/um", &|one| stiffness(one.compliance_m_per_n[0])),
+            ("Ky, N/um", &|one| stiffness(one.compliance_m_per_n[1])),
+            ("Kz, N/um", &|one| stiffness(one.compliance_m_per_n[2])),
             ("plausible", &|one| or_dash(one.plausible, mark)),
         ],
     )
@@ -341,6 +336,7 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
         Some(mass) => writeln!(text, "Mass: {} kg.", significant(mass, 4)),
         None => writeln!(text, "Mass: not stated; own weight is left out."),
     };
+    let _ = writeln!(text, "Held to the ground: {}.", check.held.join(", "));
     if !check.added_rigid_links.is_empty() {
         let links = check.added_rigid_links.join(", ");
         let _ = writeln!(text, "Rigid, because no beam leads there: {links}.");
@@ -357,8 +353,27 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             check.load_case_columns.join(",")
         );
     }
+    if !check.rigid_springs.is_empty() {
+        let springs = check.rigid_springs.join(", ");
+        let _ = writeln!(text, "Springs {}: {springs}.", ModelParameter::RIGID);
+    }
     for words in &check.unknown_springs {
         let _ = writeln!(text, "{words}.");
+    }
+    let mm = |length_m: f64| (1e3 * length_m).round() + 0.0;
+    if let Some(floor_m) = check.floor_m {
+        let _ = writeln!(
+            text,
+            "Proposed poses keep joints and tool at least {} mm high.",
+            mm(floor_m)
+        );
+    }
+    if let Some(radius_m) = check.base_radius_m {
+        let _ = writeln!(
+            text,
+            "Proposed poses keep the tool {} mm from the vertical through the base.",
+            mm(radius_m)
+        );
     }
     text.push_str(if check.findings.is_empty() {
         "Nothing to complain about.\n"

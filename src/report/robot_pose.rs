@@ -71,14 +71,18 @@ pub fn pose_drawing(model: &MechanismModel<'_>, pose: &str) -> RobotDrawing {
     });
     // Those beyond the links of the mechanism hold the tool and a base that yields.
     let links = model.mechanism().rigid_links.iter();
-    let chains = links.map(|&link| robot.rigid_links[link].chain.as_str());
-    let chains = chains.chain(std::iter::repeat("tool"));
-    let rigid = structure.rigid_members.iter().zip(chains);
-    let rigid = rigid.map(|(member, chain)| DrawnMember {
+    let links = links.map(|&link| Some(&robot.rigid_links[link]));
+    let links = links.chain(std::iter::repeat(None));
+    let rigid = structure.rigid_members.iter().zip(links);
+    let rigid = rigid.map(|(member, link)| DrawnMember {
         nodes: [member.ends[0].node, member.ends[1].node],
         rotations_rad: [[0.0; 3]; 2],
-        chain: chain.to_owned(),
-        kind: DrawnKind::Rigid,
+        chain: link.map_or(&member.name[..], |link| &link.chain).to_owned(),
+        kind: match link {
+            // An arm without beams is rigid as a whole.
+            Some(link) if link.is_added && !robot.members.is_empty() => DrawnKind::Added,
+            _ => DrawnKind::Rigid,
+        },
     });
     let place_of = |node: usize| {
         let name = &robot.nodes[node].name;

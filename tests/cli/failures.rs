@@ -445,7 +445,7 @@ fn files_of_robots_factors_and_sessions_that_are_wrong() {
             10,
             "stiffbench::robot::factor_file",
         );
-        assert_output_contains(&error, &["factors.toml", "two tables"]);
+        assert_output_contains(&error, &["factors.toml", "fit --save-factors"]);
     }
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 2));
     desk.write(

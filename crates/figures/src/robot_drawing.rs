@@ -61,6 +61,8 @@ pub struct DrawnMember {
 pub enum DrawnKind {
     /// Neither bends nor stretches: drawn hollow.
     Rigid,
+    /// The same where the robot file does not ask for it: drawn hollow and dashed.
+    Added,
     /// Carries a drive: drawn thick.
     Beam,
     /// A link: drawn thin.

@@ -30,6 +30,18 @@ const CHAINS: [Colour; 7] = [
     Colour::GREY,
 ];
 
+/// Kinds of members in the order in which they are drawn, with their looks: thick ones first, so that they do not hide the thinner ones at
+/// shared nodes.
+const KINDS: [(DrawnKind, &str); 4] = [
+    (DrawnKind::Rigid, "hollow: rigid links"),
+    (
+        DrawnKind::Added,
+        "hollow and dashed: rigid links that the robot file does not ask for",
+    ),
+    (DrawnKind::Beam, "thick: beams (drive-carrying)"),
+    (DrawnKind::Link, "thin: links"),
+];
+
 /// The figure: views from the side, from above and, if the axes say so, from the front, all to the same scale.
 #[must_use]
 pub fn robot_pose(input: &RobotDrawing) -> Figure {
@@ -167,10 +179,9 @@ fn chains(input: &RobotDrawing) -> Vec<&str> {
     chains
 }
 
-/// Thick ones first, so that they do not hide the thinner ones at shared nodes.
 fn push_members(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
     for (place, chain) in chains(input).into_iter().enumerate() {
-        for kind in [DrawnKind::Rigid, DrawnKind::Beam, DrawnKind::Link] {
+        for kind in KINDS.map(|(kind, _)| kind) {
             let segments: Vec<[[f64; 2]; 2]> = input
                 .members
                 .iter()
@@ -185,17 +196,20 @@ fn push_members(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
                 continue;
             }
             let width = match kind {
-                DrawnKind::Rigid => 6.0,
+                DrawnKind::Rigid | DrawnKind::Added => 6.0,
                 DrawnKind::Beam => 4.2,
                 DrawnKind::Link => 1.8,
             };
-            let style = Style::new(CHAINS[place % CHAINS.len()], Marker::Dot);
+            let style = Style {
+                dash_px: (kind == DrawnKind::Added).then_some([8.0, 5.0]),
+                ..Style::new(CHAINS[place % CHAINS.len()], Marker::Dot)
+            };
             panel.series.push(Series::labelled(
                 format!("chain {chain}"),
                 style.stroke(width),
                 Marks::Segments(segments.clone()),
             ));
-            if kind == DrawnKind::Rigid {
+            if matches!(kind, DrawnKind::Rigid | DrawnKind::Added) {
                 let inside = Style::new(Colour::WHITE, Marker::Dot).stroke(3.0);
                 panel
                     .series
@@ -260,6 +274,8 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
             .iter_mut()
             .find(|(other, _)| (other[0] - at[0]).hypot(other[1] - at[1]) < 1e-6);
         match same {
+            // The ground that a base on springs stands on has the name of its point.
+            Some((_, names)) if names.split(", ").any(|name| name == node.name) => {}
             Some((_, names)) => {
                 names.push_str(", ");
                 names.push_str(&node.name);
@@ -380,12 +396,7 @@ fn caption(input: &RobotDrawing, magnification: Option<f64>) -> String {
 /// How members are drawn, if there is more than one kind of them or only rigid ones.
 fn kinds(input: &RobotDrawing) -> Option<String> {
     let has = |kind: DrawnKind| input.members.iter().any(|member| member.kind == kind);
-    let words = [
-        (DrawnKind::Rigid, "hollow: rigid links"),
-        (DrawnKind::Beam, "thick: beams (drive-carrying)"),
-        (DrawnKind::Link, "thin: links"),
-    ];
-    let words = words.into_iter().filter(|(kind, _)| has(*kind));
+    let words = KINDS.into_iter().filter(|(kind, _)| has(*kind));
     let words: Vec<&str> = words.map(|(_, words)| words).collect();
     let (first, rest) = words.split_first()?;
     let mut sentence = first[..1].to_uppercase() + &first[1..];

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::analysis::{Inputs, ResolvedModel, add_poses, choose_poses};
+use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses};
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::write;
@@ -52,6 +52,12 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let plan = SessionPlan::new(&procedure, &poses)
         .with_axis_words([0, 1, 2].map(|axis| resolved.robot.axis_word(axis)));
     let outcome = planned(&plan, &procedure, best.as_ref());
+    let unknown = UnknownSprings::of(&resolved).words();
+    warnings.extend(best.and(unknown).map(|words| {
+        format!(
+            "{words}; the standard errors count them as rigid: what scatters from run to run, in proportion to what a spring gives, comes on top"
+        )
+    }));
     warnings.extend(resolved.warnings.iter().cloned());
     if let Some(file) = &args.best.save_procedure {
         write(file, procedure.to_toml().as_bytes())?;

@@ -16,6 +16,7 @@ use crate::mismatch::{
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::report::{SpecimenSummary, micro, text::open_interval};
+use crate::robot::ModelParameter;
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -533,7 +534,11 @@ impl FactorChangeReport {
         let unit = match (subject, factor.spring_rad_per_nm) {
             (Subject::Part { units, .. }, _) => units.of_slope().name,
             (_, None) => "1".to_owned(),
-            (_, Some(_)) => "rad/(N*m)".to_owned(),
+            (_, Some(_)) => {
+                let spring = ModelParameter::spring_named(&factor.name);
+                let unit = spring.as_ref().map_or("rad/(N*m)", ModelParameter::unit);
+                unit.to_owned()
+            }
         };
         let [before, after] = [&factor.before, &factor.after].map(|fitted| {
             let (value, interval) = factor_value(subject, factor, fitted);

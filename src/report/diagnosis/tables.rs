@@ -12,6 +12,9 @@ use crate::analysis::{DiagnosisReport, Subject};
 
 /// The factors, and how they move back once what was missing is there.
 pub(super) fn factors(report: &DiagnosisReport) -> Document {
+    if report.parameters.is_empty() {
+        return Document::new();
+    }
     let found = !report.diagnosis.findings.is_empty();
     let factor = report.subject.factor();
     let mut text = Document::under(if found {

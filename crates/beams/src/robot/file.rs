@@ -50,10 +50,8 @@ pub struct RobotFile {
     /// Two-node beams.
     pub elements: Vec<ElementEntry>,
     /// Units of the file; only `m`, `deg`, `m2`, `m4`, `Pa`, `kg` are known.
-    #[serde(default)]
     pub units: Option<UnitsEntry>,
     /// Words for the axes; only the vertical is used in computation, for weight.
-    #[serde(default)]
     pub frame: Option<FrameEntry>,
     /// Angles that make a pose.
     #[serde(default)]
@@ -103,7 +101,6 @@ pub struct JointEntry {
     #[serde(deserialize_with = "exactly")]
     pub bodies: [String; 2],
     /// Chain it is counted in.
-    #[serde(default)]
     pub chain: Option<String>,
     /// Name of a plane: the joint turns about its normal.
     pub axis: String,
@@ -133,22 +130,16 @@ pub struct ElementEntry {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub struct UnitsEntry {
     /// `m`.
-    #[serde(default)]
     pub length: Option<String>,
     /// `deg`.
-    #[serde(default)]
     pub angle: Option<String>,
     /// `m2`.
-    #[serde(default)]
     pub area: Option<String>,
     /// `m4`.
-    #[serde(default)]
     pub second_moment: Option<String>,
     /// `Pa`.
-    #[serde(default)]
     pub modulus: Option<String>,
     /// `kg`.
-    #[serde(default)]
     pub mass: Option<String>,
 }
 
@@ -156,13 +147,10 @@ pub struct UnitsEntry {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub struct FrameEntry {
     /// Meaning of x.
-    #[serde(default)]
     pub x: Option<String>,
     /// Meaning of y.
-    #[serde(default)]
     pub y: Option<String>,
     /// Meaning of z.
-    #[serde(default)]
     pub z: Option<String>,
     /// Unit vector of the lateral direction.
     #[serde(default, deserialize_with = "exactly_if_given")]
@@ -214,28 +202,22 @@ pub struct BodyEntry {
     /// Name, unique among bodies.
     pub id: String,
     /// Chain it is counted in; absent for helpers.
-    #[serde(default)]
     pub chain: Option<String>,
     /// Body it turns on.
-    #[serde(default)]
     pub parent: Option<String>,
     /// Node at its origin.
-    #[serde(default)]
     pub origin: Option<String>,
     /// Axis of its rotation, in the parent's axes.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub axis: Option<[f64; 3]>,
     /// Angle: coefficient by variable, and `offset_deg`.
-    #[serde(default)]
     pub angle: Option<BTreeMap<String, Expression>>,
     /// Two nodes it is aligned with.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub along: Option<[String; 2]>,
     /// Plane of an aligned body.
-    #[serde(default)]
     pub plane: Option<String>,
     /// Turn of an aligned body from local z towards local y, degrees.
-    #[serde(default)]
     pub turn_deg: Option<Expression>,
 }
 
@@ -287,6 +269,10 @@ pub enum Radius {
 pub struct SupportEntry {
     /// Nodes held in all six freedoms; one absent from a mechanism is ignored.
     pub fixed: Vec<String>,
+    /// Height below which no joint and no tool may be in a pose that is proposed for a measurement, m.
+    pub floor_m: Option<Expression>,
+    /// Least distance of the tool from the vertical through the base in such a pose, m.
+    pub radius_m: Option<Expression>,
 }
 
 /// The end of the robot.
@@ -306,7 +292,6 @@ pub struct MaterialEntry {
     #[serde(rename = "G")]
     pub shear_modulus: f64,
     /// Density, kg/m³: with the area of a section the mass of its members, where the section has no `mass_per_m`.
-    #[serde(default)]
     pub density: Option<f64>,
 }
 
@@ -331,7 +316,6 @@ pub struct SectionEntry {
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub shear: Option<[f64; 2]>,
     /// Mass of a member per length, kg/m, with all that is fixed along it.
-    #[serde(default)]
     pub mass_per_m: Option<f64>,
 }
 
@@ -354,9 +338,11 @@ pub struct MechanismEntry {
 /// Fitting factors by element class.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub struct FactorsEntry {
-    /// Of beams.
+    /// Of beams; 1 if absent.
+    #[serde(default)]
     pub beam: FactorEntry,
-    /// Of links.
+    /// Of links; 1 if absent.
+    #[serde(default)]
     pub link: FactorEntry,
     /// Of single sections, by name, beside those of the class.
     #[serde(default)]
@@ -441,6 +427,13 @@ pub struct FactorEntry {
     /// Of J.
     #[serde(rename = "J")]
     pub j: f64,
+}
+
+impl Default for FactorEntry {
+    fn default() -> Self {
+        let [area, iy, iz, j] = [1.0; 4];
+        Self { area, iy, iz, j }
+    }
 }
 
 /// A named pose: values of variables, degrees; those not named take their nominal value. `paper_z_y` may give the point (z, y), m,

@@ -361,6 +361,10 @@ pub struct Robot {
     pub factors: IndexMap<String, FittingFactors>,
     /// Named poses, in the order of the file.
     pub poses: Vec<NamedPose>,
+    /// Height below which no joint and no tool may be in a proposed pose, m; `None` if the file states none.
+    pub floor_m: Option<f64>,
+    /// Least distance of the tool from the vertical through the base in a proposed pose, m; `None` if the file states none.
+    pub base_radius_m: Option<f64>,
     /// Keys of the file that this version does not know, and other things that are odd but not wrong.
     pub warnings: Vec<String>,
 }

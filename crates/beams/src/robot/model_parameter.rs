@@ -50,6 +50,11 @@ pub enum ModelParameter {
 }
 
 impl ModelParameter {
+    /// What is said of springs that the robot file makes rigid.
+    pub const RIGID: &str = "rigid by the file";
+    /// What is said of springs that it leaves to a fit, of which nothing is known yet.
+    pub const UNKNOWN: &str = "no stiffness yet (unknown)";
+
     /// The paper's eight factors: beams A, Iy, Iz, J, then links.
     pub const CLASSES: [Self; 8] = {
         use ElementClass::{Beam, Link};
@@ -104,8 +109,8 @@ impl ModelParameter {
     pub fn unloaded_words(&self) -> &'static str {
         match self.unit() {
             "1" => "no reading depends on it, so it keeps its start",
-            "m/N" => "no load moves it",
-            _ => "no load turns it",
+            "m/N" => "nothing moves it (no load of these data reaches it)",
+            _ => "nothing turns it (no load of these data reaches it)",
         }
     }
 

@@ -286,6 +286,8 @@ pub(crate) fn arm(joints: &[ArmJoint], end: &ArmEnd) -> Robot {
         mechanisms: std::iter::once(("arm".to_owned(), mechanism)).collect(),
         factors: IndexMap::new(),
         poses: Vec::new(),
+        floor_m: None,
+        base_radius_m: None,
         warnings: Vec::new(),
     }
 }

@@ -7,6 +7,7 @@
 use stiffbench_beams::physics::PlaceScale;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
+use stiffbench_units_and_text::test_point::Cell;
 
 use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, SpringScales};
 
@@ -385,11 +386,19 @@ fn spring_scales(
     let across = across.map(|one| (&one.cell, one.compliance_m_per_n));
     let all = along.chain(across);
     let (poses, places) = poses_of_cells(problem.robot, all.clone().map(|(cell, _)| cell))?;
-    let cells = all.zip(places);
-    let cells = cells.map(|((cell, compliance_m_per_n), pose)| ScaleCell {
+    // Along an axis another load may move next to nothing: a spring is as soft as the largest displacement along it lets it be.
+    let largest = |cell: &Cell| {
+        let place = (&cell.pose, cell.direction);
+        let here = all
+            .clone()
+            .filter(|(other, _)| (&other.pose, other.direction) == place);
+        here.fold(0.0, |largest: f64, (_, moved)| largest.max(moved.abs()))
+    };
+    let cells = all.clone().zip(places);
+    let cells = cells.map(|((cell, _), pose)| ScaleCell {
         pose,
         direction: cell.direction,
-        measured_m_per_n: compliance_m_per_n.abs(),
+        measured_m_per_n: largest(cell),
     });
     let cells: Vec<ScaleCell> = cells.collect();
     let FitProblem {

@@ -27,7 +27,7 @@ const SAME_VALUE: f64 = 1e-6;
 /// Lengths below this are rounding, m.
 const ROUNDING_M: f64 = 1e-9;
 
-/// What is stated of the poses that may be proposed; the rest follows from the known poses of the robot.
+/// What is stated of the poses that may be proposed, beside what the robot file states; the rest follows from the known poses of the robot.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseRules {
     /// Height below which no joint and no tool may be, m.
@@ -38,6 +38,32 @@ pub struct PoseRules {
     pub limit_margin_percent: Option<f64>,
     /// Poses that are not proposed.
     pub forbidden: Vec<PoseId>,
+}
+
+impl PoseRules {
+    /// Those of the poses that were measured or have a name which may be proposed: what is not stated does not count against them, for they
+    /// were or can be taken.
+    ///
+    /// # Arguments
+    /// - `measured`: those of them that were measured; the others keep the limits.
+    #[must_use]
+    pub fn of_known(
+        &self,
+        (robot, mechanism): (&Robot, &Mechanism),
+        known: &[PoseId],
+        measured: &[PoseId],
+    ) -> (Vec<PoseId>, ProposedWithin) {
+        let within = ProposedWithin::of_known(robot, self);
+        let may_be = |name: &&PoseId| {
+            let pose = robot.pose(name).ok();
+            pose.is_some_and(|pose| {
+                (measured.contains(name) || robot.is_within_limits(pose))
+                    && within.keeps((robot, mechanism), name, pose).is_some()
+            })
+        };
+        let may_be = known.iter().filter(may_be).cloned();
+        (may_be.collect(), within)
+    }
 }
 
 /// The rules that proposed poses keep.
@@ -126,14 +152,8 @@ impl ProposedWithin {
         let hangs = (f64::MIN..-ROUNDING_M).contains(&most(&|one| one.lowest_m));
         let lowest_m = -most(&|one| -one.lowest_m);
         let floor_m = if hangs { lowest_m } else { 0.0 };
-        let within = Self {
-            floor_m: rules.floor_m.unwrap_or(floor_m),
-            base_radius_m: rules
-                .base_radius_m
-                .unwrap_or(NEAR_BASE * most(&|one| one.radius_m).max(0.0)),
-            limit_margin_percent: rules.limit_margin_percent.unwrap_or(USUAL_MARGIN_PERCENT),
-            forbidden: rules.forbidden.clone(),
-        };
+        let usual = [floor_m, NEAR_BASE * most(&|one| one.radius_m).max(0.0)];
+        let within = Self::stated(robot, rules, usual, USUAL_MARGIN_PERCENT);
         let ratio = golden_ratio(robot.variables.len());
         let new = (1..=(LOOKED_AT * spread) as u32).map(|k| {
             let variables = robot.variables.iter().enumerate();
@@ -143,12 +163,7 @@ impl ProposedWithin {
             (PoseId::new(&format!("new{k}")), Pose { angles_deg })
         });
         let new = new.filter(|(_, pose)| robot.is_within_limits(pose));
-        // A known pose was or can be taken: what is not stated does not count against it.
-        let of_known = Self {
-            floor_m: rules.floor_m.unwrap_or(f64::NEG_INFINITY),
-            base_radius_m: rules.base_radius_m.unwrap_or(0.0),
-            ..within.clone()
-        };
+        let of_known = Self::of_known(robot, rules);
         let robot = (robot, mechanism);
         let known = known.into_iter();
         let known = known.filter_map(|(name, pose)| of_known.proposed(robot, name, pose));
@@ -161,34 +176,90 @@ impl ProposedWithin {
         Ok((poses, within))
     }
 
-    /// What the poses keep, to stand behind "keep".
+    /// What is stated, by an option or else by the robot file, and what holds where nothing is.
+    ///
+    /// # Arguments
+    /// - `usual`: floor and distance from the vertical through the base, m.
+    fn stated(robot: &Robot, rules: &PoseRules, usual: [f64; 2], margin_percent: f64) -> Self {
+        let [floor_m, base_radius_m] = usual;
+        let radius_m = rules.base_radius_m.or(robot.base_radius_m);
+        Self {
+            floor_m: rules.floor_m.or(robot.floor_m).unwrap_or(floor_m),
+            base_radius_m: radius_m.unwrap_or(base_radius_m),
+            limit_margin_percent: rules.limit_margin_percent.unwrap_or(margin_percent),
+            forbidden: rules.forbidden.clone(),
+        }
+    }
+
+    /// The same for known poses, which keep what is stated alone.
+    fn of_known(robot: &Robot, rules: &PoseRules) -> Self {
+        Self::stated(robot, rules, [f64::NEG_INFINITY, 0.0], f64::NEG_INFINITY)
+    }
+
+    /// What the poses keep, to stand behind "keep"; empty if nothing is stated.
     #[must_use]
     pub fn words(&self) -> String {
         let mm = |length_m: f64| (1e3 * length_m).round() + 0.0;
-        format!(
-            "{} % of its range between each joint and its limits, joints and tool at least {} mm high, and the tool {} mm or more from the vertical through the base",
-            self.limit_margin_percent,
-            mm(self.floor_m),
-            mm(self.base_radius_m)
-        )
+        let mut parts = Vec::new();
+        if self.limit_margin_percent.is_finite() {
+            let percent = self.limit_margin_percent;
+            parts.push(format!(
+                "{percent} % of its range between each joint and its limits"
+            ));
+        }
+        if self.floor_m.is_finite() {
+            let floor_mm = mm(self.floor_m);
+            parts.push(format!("joints and tool at least {floor_mm} mm high"));
+        }
+        if self.base_radius_m > 0.0 {
+            let radius_mm = mm(self.base_radius_m);
+            parts.push(format!(
+                "the tool {radius_mm} mm or more from the vertical through the base"
+            ));
+        }
+        match parts.pop() {
+            Some(last) if !parts.is_empty() => format!("{}, and {last}", parts.join(", ")),
+            last => last.unwrap_or_default(),
+        }
     }
 
     /// A pose, if it can be reached and keeps the rules.
     fn proposed(
         &self,
-        (robot, mechanism): (&Robot, &Mechanism),
+        robot: (&Robot, &Mechanism),
         name: PoseId,
         pose: Pose,
     ) -> Option<ProposedPose> {
+        let tool_m = self.keeps(robot, &name, &pose)?;
+        Some(ProposedPose { name, pose, tool_m })
+    }
+
+    /// The tool centre in a pose, m, if it can be reached and keeps the rules.
+    fn keeps(
+        &self,
+        (robot, mechanism): (&Robot, &Mechanism),
+        name: &PoseId,
+        pose: &Pose,
+    ) -> Option<[f64; 3]> {
         let Extent {
             tool_m,
             lowest_m,
             radius_m,
-        } = Extent::of(robot, mechanism, &pose)?;
+        } = Extent::of(robot, mechanism, pose)?;
+        let mut values = robot.variables.iter().zip(&pose.angles_deg);
         let keeps = lowest_m > self.floor_m - ROUNDING_M
             && radius_m > self.base_radius_m - ROUNDING_M
-            && !self.forbidden.contains(&name);
-        keeps.then_some(ProposedPose { name, pose, tool_m })
+            && !self.forbidden.contains(name)
+            && values.all(|(variable, value)| self.keeps_margin(variable, *value));
+        keeps.then_some(tool_m)
+    }
+
+    /// Whether a value keeps its distance from the limits, but for its rounding.
+    fn keeps_margin(&self, variable: &Variable, value: f64) -> bool {
+        let [low, high] = [variable.min_deg, variable.max_deg];
+        let rounding = 0.6 / steps_per_unit(variable);
+        let margin = 0.01 * self.limit_margin_percent * (high - low) - rounding;
+        !(value < low + margin || value > high - margin)
     }
 
     /// The value of a variable at a share of the range inside the margins, degrees or m; of an angle the one nearest to zero that is the same
@@ -199,16 +270,19 @@ impl ProposedWithin {
         } = *variable;
         let margin = 0.01 * self.limit_margin_percent;
         let value = min_deg + (margin + share * (1.0 - 2.0 * margin)) * (max_deg - min_deg);
-        if variable.motion == JointMotion::Slides {
-            return (value * 1e3).round() / 1e3;
-        }
         let turned = value - 360.0 * (value / 360.0).round();
-        let value = if (min_deg..=max_deg).contains(&turned) {
-            turned
-        } else {
-            value
-        };
-        (value * 10.0).round() / 10.0
+        let turns = variable.motion == JointMotion::Turns && self.keeps_margin(variable, turned);
+        let value = if turns { turned } else { value };
+        let steps = steps_per_unit(variable);
+        (value * steps).round() / steps
+    }
+}
+
+/// Proposed values are whole tenths of a degree, or millimetres.
+fn steps_per_unit(variable: &Variable) -> f64 {
+    match variable.motion {
+        JointMotion::Turns => 10.0,
+        JointMotion::Slides => 1e3,
     }
 }
 

@@ -88,6 +88,9 @@ impl Information {
 
     /// The covariance of quantities whose columns have unit length, those that are not determined at a large variance.
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
+        if self.0.is_empty() {
+            return self.0.clone();
+        }
         let mut eigen = self.0.clone().symmetric_eigen();
         for value in eigen.eigenvalues.iter_mut() {
             *value = value.max(LEAST_EIGENVALUE).recip();

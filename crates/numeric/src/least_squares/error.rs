@@ -94,7 +94,9 @@ pub enum LeastSquaresError {
     #[error("none of the {count} parameters is free")]
     #[diagnostic(
         code(stiffbench::least_squares::no_free_parameter),
-        help("free at least one parameter")
+        help(
+            "free at least one, for example with --free joint.NAME; `stiffbench diagnose` needs no free parameter"
+        )
     )]
     NoFreeParameter {
         /// Number of parameters.

@@ -159,7 +159,11 @@ impl ParameterSet {
         Ok(set)
     }
 
-    fn with_any_number_of_free(parameters: Vec<Parameter>) -> Result<Self, LeastSquaresError> {
+    /// The same, where all may be fixed: a model that is only evaluated.
+    ///
+    /// # Errors
+    /// As [`ParameterSet::new`], without `NoFreeParameter`.
+    pub fn with_any_number_of_free(parameters: Vec<Parameter>) -> Result<Self, LeastSquaresError> {
         for (index, parameter) in parameters.iter().enumerate() {
             parameter.validate()?;
             if parameters[..index].iter().any(|p| p.name == parameter.name) {

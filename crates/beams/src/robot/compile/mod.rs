@@ -17,6 +17,7 @@ use stiffbench_units_and_text::toml_text::read;
 
 use super::Robot;
 use super::error::{RobotError, RobotProblem};
+use super::expression::Expression;
 use super::file::{FORMAT, RobotFile};
 use super::kinematics;
 use super::plausible;
@@ -118,6 +119,9 @@ impl<'a> Compiler<'a> {
     fn robot(&self) -> Result<Robot, RobotError> {
         let file = self.file;
         let sections = self.sections()?;
+        let length = |stated: Option<&Expression>, key| {
+            stated.map(|length| self.value(length, &[Key("support"), Key(key)]))
+        };
         let robot = Robot {
             source: Arc::new(self.source.clone()),
             name: file.name.clone(),
@@ -141,6 +145,8 @@ impl<'a> Compiler<'a> {
             mechanisms: self.mechanisms()?,
             factors: self.factors()?,
             poses: self.poses()?,
+            floor_m: length(file.support.floor_m.as_ref(), "floor_m").transpose()?,
+            base_radius_m: length(file.support.radius_m.as_ref(), "radius_m").transpose()?,
             warnings: Vec::new(),
         };
         if robot.mechanisms.is_empty() {

@@ -20,13 +20,16 @@ use crate::robot::{RatedSection, Robot, kinematics, parameters, plausible};
 
 use super::file::{AxisValue, RobotFile2, UpAxis};
 use super::frames::FileFrame;
-use super::measure::{InUnit, MeasuredKind};
+use super::measure::{InUnit, LengthOf, MeasuredKind};
 
 /// Name of the body that stands still, and of its point at the origin.
 pub(super) const BASE: &str = "base";
 
 /// Name of the tool centre.
 pub(super) const TOOL: &str = "tool";
+
+/// The node where a tool with springs is mounted.
+pub(super) const MOUNT: &str = "tool.mount";
 
 /// Name of the one mechanism and of its one chain.
 const ALL: &str = "robot";
@@ -119,6 +122,12 @@ impl<'a> RobotBuilder<'a> {
         });
         let factors = factors.collect::<Result<_, RobotError>>()?;
         let poses = self.poses()?;
+        let stated = self.file.base.clone().unwrap_or_default();
+        let length = |stated: Option<InUnit<LengthOf>>, key| {
+            stated.map(|length| self.value(&length, &[Key("base"), Key(key)]))
+        };
+        let floor_m = length(stated.floor, "floor").transpose()?;
+        let base_radius_m = length(stated.radius, "radius").transpose()?;
         let up = usize::from(self.file.up == UpAxis::Z) + 1;
         let mut axis_words = [const { None }; 3];
         axis_words[up] = Some("up".to_owned());
@@ -162,6 +171,8 @@ impl<'a> RobotBuilder<'a> {
             mechanisms: [(ALL.to_owned(), mechanism)].into_iter().collect(),
             factors,
             poses,
+            floor_m,
+            base_radius_m,
             warnings: std::mem::take(&mut self.warnings),
         })
     }

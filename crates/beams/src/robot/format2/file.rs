@@ -22,12 +22,10 @@ pub struct RobotFile2 {
     /// What the robot is called in tables and figures.
     pub name: String,
     /// Where the numbers are from, under which licence.
-    #[serde(default)]
     pub source: Option<String>,
     /// Axis of the world that points upwards.
     pub up: UpAxis,
     /// Which Denavit-Hartenberg convention the joints with `alpha`, `a`, `theta`, `d` follow.
-    #[serde(default)]
     pub dh: Option<DhConvention>,
     /// Names for lengths and angles that expressions may use.
     #[serde(default)]
@@ -59,10 +57,8 @@ pub struct RobotFile2 {
     #[serde(default)]
     pub materials: OrderedTable<MaterialRow>,
     /// How the robot stands.
-    #[serde(default)]
     pub base: Option<BaseRow>,
     /// What is mounted at the end.
-    #[serde(default)]
     pub tool: Option<ToolRow>,
     /// Masses with their centres.
     #[serde(default)]
@@ -147,13 +143,10 @@ pub struct JointRow {
     #[serde(default)]
     pub kind: JointKind,
     /// Of a sliding joint: with which body its bearing, where forces pass, moves. `fixed` if absent.
-    #[serde(default)]
     pub bearing: Option<Bearing>,
     /// Body that carries it; that of the joint before it if absent, `base` for the first.
-    #[serde(default)]
     pub on: Option<String>,
     /// Body that moves on it; named like the joint if absent.
-    #[serde(default)]
     pub body: Option<String>,
     /// Its place in the axes of the body that carries it; zero if absent.
     #[serde(default, deserialize_with = "exactly_if_given")]
@@ -162,56 +155,39 @@ pub struct JointRow {
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub turn: Option<[InUnit<AngleOf>; 3]>,
     /// Its axis: `x`, `-x` and so on, or a vector, in the turned axes. z if absent.
-    #[serde(default)]
     pub axis: Option<AxisValue>,
     /// Twist of the row of a Denavit-Hartenberg table.
-    #[serde(default)]
     pub alpha: Option<InUnit<AngleOf>>,
     /// Length of the row.
-    #[serde(default)]
     pub a: Option<InUnit<LengthOf>>,
     /// Angle of the row where the joint's angle is zero.
-    #[serde(default)]
     pub theta: Option<InUnit<AngleOf>>,
     /// Offset of the row.
-    #[serde(default)]
     pub d: Option<InUnit<LengthOf>>,
     /// A point where `on` and `body` meet; then neither is placed by this joint.
-    #[serde(default)]
     pub point: Option<String>,
     /// Plane about whose normal a joint with `point` turns.
-    #[serde(default)]
     pub plane: Option<String>,
     /// Its angle or travel as `offset` + sum of coefficient times variable; the variable with its own name if absent.
-    #[serde(default)]
     pub angle: Option<OrderedTable<InUnit<TravelOf>>>,
     /// Smallest value of its variable.
-    #[serde(default)]
     pub min: Option<InUnit<TravelOf>>,
     /// Largest value of its variable.
-    #[serde(default)]
     pub max: Option<InUnit<TravelOf>>,
     /// Value in poses that do not name it; zero if absent.
-    #[serde(default)]
     pub nominal: Option<InUnit<TravelOf>>,
     /// How its spring takes part; `fixed` if a stiffness is given, else `rigid`, of a joint with `point` `pinned`.
-    #[serde(default)]
     pub spring: Option<SpringWord>,
     /// Stiffness about its axis, N·m/rad; of a sliding joint along it, N/m.
-    #[serde(default)]
     pub stiffness: Option<InUnit<StiffnessOf>>,
     /// Compliance instead of the stiffness.
-    #[serde(default)]
     pub compliance: Option<InUnit<ComplianceOf>>,
     /// Parameter that a tied spring follows, for example `joint.J2`.
-    #[serde(default)]
     pub tied_to: Option<String>,
     /// Springs about the two axes across its own; of a sliding joint also `x`, about its own.
-    #[serde(default)]
     pub across: Option<AcrossRow>,
     /// Section of the beam from this joint to the next points of its body: a name from `[sections]`, or a profile with its material, for
     /// example `tube 120x6 aluminium`. Rigid if absent.
-    #[serde(default)]
     pub link: Option<String>,
     /// Groups of parameters that this beam takes part in.
     #[serde(default)]
@@ -233,13 +209,10 @@ pub enum AxisValue {
 #[serde(deny_unknown_fields)]
 pub struct AcrossRow {
     /// About its own axis, of a sliding joint.
-    #[serde(default)]
     pub x: Option<SpringShape>,
     /// About the first axis across.
-    #[serde(default)]
     pub y: Option<SpringShape>,
     /// About the second axis across.
-    #[serde(default)]
     pub z: Option<SpringShape>,
 }
 
@@ -258,16 +231,12 @@ pub enum SpringShape {
 #[serde(deny_unknown_fields)]
 pub struct SpringRow {
     /// How it takes part; `fixed` if a stiffness is given.
-    #[serde(default)]
     pub spring: Option<SpringWord>,
     /// N·m/rad, or N/m along an axis.
-    #[serde(default)]
     pub stiffness: Option<InUnit<StiffnessOf>>,
     /// Compliance instead of the stiffness.
-    #[serde(default)]
     pub compliance: Option<InUnit<ComplianceOf>>,
     /// Parameter that a tied spring follows.
-    #[serde(default)]
     pub tied_to: Option<String>,
 }
 
@@ -276,22 +245,16 @@ pub struct SpringRow {
 #[serde(deny_unknown_fields)]
 pub struct SpringRows {
     /// Along x.
-    #[serde(default)]
     pub x: Option<SpringShape>,
     /// Along y.
-    #[serde(default)]
     pub y: Option<SpringShape>,
     /// Along z.
-    #[serde(default)]
     pub z: Option<SpringShape>,
     /// About x.
-    #[serde(default)]
     pub rx: Option<SpringShape>,
     /// About y.
-    #[serde(default)]
     pub ry: Option<SpringShape>,
     /// About z.
-    #[serde(default)]
     pub rz: Option<SpringShape>,
 }
 
@@ -300,13 +263,10 @@ pub struct SpringRows {
 #[serde(deny_unknown_fields)]
 pub struct VariableRow {
     /// Smallest value.
-    #[serde(default)]
     pub min: Option<InUnit<TravelOf>>,
     /// Largest value.
-    #[serde(default)]
     pub max: Option<InUnit<TravelOf>>,
     /// Value in poses that do not name it; zero if absent.
-    #[serde(default)]
     pub nominal: Option<InUnit<TravelOf>>,
 }
 
@@ -317,10 +277,8 @@ pub struct LimitRow {
     /// Coefficient by variable.
     pub terms: BTreeMap<String, f64>,
     /// Smallest value of the sum.
-    #[serde(default)]
     pub at_least: Option<InUnit<TravelOf>>,
     /// Largest value of the sum.
-    #[serde(default)]
     pub at_most: Option<InUnit<TravelOf>>,
 }
 
@@ -329,7 +287,6 @@ pub struct LimitRow {
 #[serde(deny_unknown_fields)]
 pub struct PlaneRow {
     /// The body; `base` if absent.
-    #[serde(default)]
     pub on: Option<String>,
     /// Its normal.
     pub normal: AxisValue,
@@ -351,7 +308,6 @@ pub struct BodyRow {
 #[serde(deny_unknown_fields)]
 pub struct PointRow {
     /// The body that it is fixed on.
-    #[serde(default)]
     pub on: Option<String>,
     /// Its place in the axes of that body; zero if absent.
     #[serde(default, deserialize_with = "exactly_if_given")]
@@ -363,10 +319,8 @@ pub struct PointRow {
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub radii: Option<[InUnit<LengthOf>; 2]>,
     /// Plane of the circles.
-    #[serde(default)]
     pub plane: Option<String>,
     /// 1 or -1: on which side of the line from the first to the second centre it lies; with n the normal, 1 is the side of n × that line.
-    #[serde(default)]
     pub side: Option<i64>,
 }
 
@@ -378,16 +332,12 @@ pub struct LinkRow {
     #[serde(deserialize_with = "exactly")]
     pub between: [String; 2],
     /// Body that it is part of; the one that both points lie on if absent.
-    #[serde(default)]
     pub on: Option<String>,
     /// Section: a name from `[sections]`, or a profile with its material. Rigid if absent.
-    #[serde(default)]
     pub section: Option<String>,
     /// Direction of local y, the width of the section, in the axes of its body.
-    #[serde(default)]
     pub width: Option<AxisValue>,
     /// Plane whose normal is local y, instead of `width`.
-    #[serde(default)]
     pub plane: Option<String>,
     /// Groups of parameters that it takes part in.
     #[serde(default)]

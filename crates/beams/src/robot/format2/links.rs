@@ -10,7 +10,7 @@ use crate::robot::model::{BodyPlace, Joint, Member, NodePlace, RigidLink};
 use crate::robot::model_parameter::ElementClass;
 use crate::robot::spring_axis::JointMotion;
 
-use super::builder::RobotBuilder;
+use super::builder::{MOUNT, RobotBuilder, TOOL};
 use super::file::LinkRow;
 
 /// Points of a body nearer to one another than this, m, are one place: a beam between them has no direction.
@@ -126,7 +126,12 @@ impl RobotBuilder<'_> {
         let at = |key| [Key("links"), Key(name), Key(key)];
         let node = |place: usize| {
             let path = [&at("between")[..], &[Index(place)]].concat();
-            self.point(&row.between[place], &path)
+            // The springs of a tool stand between the end of its link and its centre.
+            let mount = self.nodes.get_index_of(MOUNT);
+            match mount.filter(|_| row.between[place] == TOOL) {
+                Some(mount) => Ok(mount),
+                None => self.point(&row.between[place], &path),
+            }
         };
         let nodes = [node(0)?, node(1)?];
         if nodes[0] == nodes[1] {
@@ -236,7 +241,7 @@ impl RobotBuilder<'_> {
         let beams = beams.iter().flat_map(|(_, nodes)| *nodes);
         // Springs stand between the mount of the tool and its centre: nothing else may lead to the centre.
         let index = |name| self.nodes.get_index_of(name);
-        let tool = index("tool.mount").or_else(|| index(super::builder::TOOL));
+        let tool = index(MOUNT).or_else(|| index(TOOL));
         let held = supports.iter().copied();
         for node in joints.chain(beams).chain(tool).chain(held) {
             used[node] = true;

@@ -16,10 +16,8 @@ use super::measure::{
 #[serde(deny_unknown_fields)]
 pub struct SectionRow {
     /// `tube 40x3`, `box 60x40x3`, `bar 60x10`, `round 12`, `IPE 200`, `HEA 160`, `HEB 100`, `UPN 80`; dimensions in mm.
-    #[serde(default)]
     pub profile: Option<String>,
     /// Name of the material; steel if absent.
-    #[serde(default)]
     pub material: Option<String>,
     /// Area.
     #[serde(default, rename = "A")]
@@ -37,7 +35,6 @@ pub struct SectionRow {
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub shear: Option<[f64; 2]>,
     /// Mass per length with all that is fixed along the beam; density times area if absent.
-    #[serde(default)]
     pub mass: Option<InUnit<MassPerLengthOf>>,
 }
 
@@ -52,7 +49,6 @@ pub struct MaterialRow {
     #[serde(rename = "G")]
     pub shear_modulus: InUnit<ModulusOf>,
     /// Density.
-    #[serde(default)]
     pub density: Option<InUnit<DensityOf>>,
 }
 
@@ -61,8 +57,11 @@ pub struct MaterialRow {
 #[serde(deny_unknown_fields)]
 pub struct BaseRow {
     /// Points that are held; the origin of the world if absent.
-    #[serde(default)]
     pub fixed: Option<Vec<String>>,
+    /// Height below which no joint and no tool may be in a pose that is proposed for a measurement.
+    pub floor: Option<InUnit<LengthOf>>,
+    /// Least distance of the tool from the vertical through the base in such a pose.
+    pub radius: Option<InUnit<LengthOf>>,
     /// Springs of the foundation along and about the axes of the world, through the first of these points.
     #[serde(default)]
     pub springs: SpringRows,
@@ -73,7 +72,6 @@ pub struct BaseRow {
 #[serde(deny_unknown_fields)]
 pub struct ToolRow {
     /// Body that it is mounted on; that of the last joint if absent.
-    #[serde(default)]
     pub on: Option<String>,
     /// Tool centre, in the axes of that body (of the last frame of a Denavit-Hartenberg table).
     #[serde(default, deserialize_with = "exactly_if_given")]
@@ -85,7 +83,6 @@ pub struct ToolRow {
     #[serde(default)]
     pub springs: SpringRows,
     /// What it carries.
-    #[serde(default)]
     pub payload: Option<PayloadRow>,
 }
 
@@ -125,13 +122,10 @@ pub struct BalancerRow {
     /// Force at that length; above zero it pulls the pivots together, below zero it pushes.
     pub preload: InUnit<ForceOf>,
     /// Stiffness of a spring, N/m.
-    #[serde(default)]
     pub stiffness: Option<InUnit<StiffnessOf>>,
     /// Instead, of a gas cylinder: gas volume at that length over the area of the piston.
-    #[serde(default)]
     pub gas_column: Option<InUnit<LengthOf>>,
     /// Polytropic exponent of the gas; 1 if absent, for changes that are slow.
-    #[serde(default)]
     pub exponent: Option<f64>,
 }
 

@@ -7,7 +7,7 @@ use crate::robot::model::{Joint, NodePlace, RadiusOf};
 use crate::robot::spring_axis::JointMotion;
 use crate::robot::springs::{Payload, SpringDefault, Tool};
 
-use super::builder::{RobotBuilder, TOOL};
+use super::builder::{MOUNT, RobotBuilder, TOOL};
 use super::file::{JointKind, JointRow, PointRow};
 use super::frames::{columns, product, roll_pitch_yaw};
 
@@ -112,11 +112,12 @@ impl RobotBuilder<'_> {
         let mut carrying = self.joints.iter().filter(|one| one.bodies[1] == body);
         let link = carrying.find_map(|one| file.joints[one.name.as_str()].link.as_deref());
         let mount = (springs != <[SpringDefault; 6]>::default()).then(|| {
-            // Behind the beam of its body, if there is one.
-            let is_beam = link.is_some_and(|text| text != "rigid");
-            let at_m = frame.point(if is_beam { centre_m } else { [0.0; 3] });
+            // Behind the beam of its body, or the link that leads to the tool, if there is one.
+            let mut links = file.links.values().flat_map(|row| &row.between);
+            let is_behind = link.is_some_and(|text| text != "rigid") || links.any(|to| to == TOOL);
+            let at_m = frame.point(if is_behind { centre_m } else { [0.0; 3] });
             let flange = NodePlace::Fixed { body, at_m };
-            self.add_node("tool.mount".to_owned(), flange, vec![body])
+            self.add_node(MOUNT.to_owned(), flange, vec![body])
         });
         let payload = match &row.payload {
             None => None,

@@ -395,7 +395,7 @@ impl<'a> LoadCaseProblem<'a> {
 /// All coordinates of a fit: those of the parameters, then those of the frames.
 ///
 /// # Errors
-/// [`LeastSquaresError`] if ties go in a circle or nothing is free.
+/// [`LeastSquaresError`] if ties go in a circle.
 pub(in crate::fit) fn coordinates(
     parameters: &FitParameters,
     tracker: Option<&TrackedPoses>,
@@ -404,7 +404,7 @@ pub(in crate::fit) fn coordinates(
     if tracker.is_some() {
         list.extend(frame_parameters());
     }
-    ParameterSet::new(list)
+    ParameterSet::with_any_number_of_free(list)
 }
 
 /// The same with the frames alone free, and every parameter as in the rigid robot.

@@ -66,6 +66,8 @@ pub struct DesignBench<'a> {
     pub baseline: &'a dyn Baseline,
     /// The poses at hand.
     pub poses: &'a [PoseId],
+    /// Those of them that may be proposed for a measurement.
+    pub may_be_measured: &'a [PoseId],
     /// Values of the baseline's parameters; those it starts from if `None`.
     pub parameters: Option<&'a [f64]>,
     /// Noise of the readings.
@@ -93,10 +95,11 @@ impl DesignBench<'_> {
         }
     }
 
-    /// Places of the poses that were measured, and of the others.
+    /// Places of the poses that may be measured: those that were, and the others.
     pub(super) fn measured_and_further(&self, done: &Observations) -> [Vec<usize>; 2] {
         let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);
-        let (old, new) = (0..self.poses.len()).partition(measured);
+        let may_be = |pose: &usize| self.may_be_measured.contains(&self.poses[*pose]);
+        let (old, new) = (0..self.poses.len()).filter(may_be).partition(measured);
         [old, new]
     }
 

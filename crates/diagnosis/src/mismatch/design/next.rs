@@ -366,7 +366,10 @@ fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
         poses,
         directions: directions.to_vec(),
     };
+    let some = bench.may_be_measured.len() < bench.poses.len();
+    let rules = if some { " that may be taken" } else { "" };
     let evenly = |poses: Vec<usize>, which: &str| {
+        let which = format!("{which}{rules}");
         let count = poses.len();
         let kept = count.min(MOST_POSES);
         let words = if count > MOST_POSES {
@@ -381,11 +384,16 @@ fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
     if bench.is_of_part() {
         return vec![of("the same part".to_owned(), old, bench.directions())];
     }
-    let mut out = vec![evenly(old, "measured poses")];
+    let mut out = Vec::new();
+    let poses = [&old[..], &new].concat();
+    if !old.is_empty() {
+        out.push(evenly(old, "measured poses"));
+    }
     if new.len() > 1 {
         out.push(evenly(new, "poses not measured yet"));
     }
-    for (pose, name) in bench.poses.iter().enumerate() {
+    for pose in poses {
+        let name = &bench.poses[pose];
         out.push(of(format!("pose {name}"), vec![pose], &Direction::ALL));
         out.extend(Direction::ALL.map(|direction| {
             let words = format!("pose {name} in {direction}");

@@ -51,6 +51,7 @@ fn bench<'a>(baseline: &'a RobotBaseline<'_>, poses: &'a [PoseId]) -> DesignBenc
     DesignBench {
         baseline,
         poses,
+        may_be_measured: poses,
         parameters: None,
         noise: ReadingNoise {
             reading_sd_m: 0.6e-6,

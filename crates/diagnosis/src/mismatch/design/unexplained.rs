@@ -58,6 +58,9 @@ pub(super) fn refine_scores(
     let mut loadings = loadings(base).into_iter();
     let loading = loadings.find(|loading| loading.name == name)?;
     let poses = poses(bench, done, left);
+    if poses.is_empty() {
+        return None;
+    }
     let (directions, along) = match left.direction {
         _ if bench.is_of_part() => (bench.directions().to_vec(), String::new()),
         None => (Direction::ALL.to_vec(), String::new()),
@@ -97,7 +100,7 @@ fn poses(bench: &DesignBench<'_>, done: &Observations, left: &Location) -> Vec<P
     let [measured, further] = bench.measured_and_further(done);
     match &left.pose {
         _ if left.stratum == Stratum::CellSlope && !further.is_empty() => bench.named(&further),
-        Some(pose) => vec![pose.clone()],
-        None => bench.named(&measured),
+        Some(pose) if bench.may_be_measured.contains(pose) => vec![pose.clone()],
+        _ => bench.named(&measured),
     }
 }

@@ -44,7 +44,7 @@ impl LowestPoint {
         let start = self.set.with_start(&self.fit.free_values).ok()?;
         let mut parameters = start.parameters().to_vec();
         parameters[place] = Parameter::fixed("level", level);
-        let set = ParameterSet::new(parameters).ok()?;
+        let set = ParameterSet::with_any_number_of_free(parameters).ok()?;
         let fit = minimise(problem, &set, &settings()).ok()?;
         Some((fit, set))
     }
@@ -325,7 +325,7 @@ impl WeightedFit<'_> {
                 let all: Vec<Parameter> = values.zip(bounds).map(parameter).collect();
                 all
             });
-        ParameterSet::new(of_baseline.chain(of_effects).collect())
+        ParameterSet::with_any_number_of_free(of_baseline.chain(of_effects).collect())
     }
 
     /// White residuals of a model, those of the parameters behind them, and their squares.
