@@ -57,6 +57,11 @@ struct DataInput {
 }
 
 impl Inputs {
+    /// SHA-256 of each of the data, in hexadecimal.
+    pub fn hashes_of_data(&self) -> impl Iterator<Item = &str> {
+        self.data.iter().map(|data| &*data.sha256)
+    }
+
     /// Readings.
     #[must_use]
     pub fn with_session(self, session: &LoadedSession) -> Self {

@@ -4,17 +4,18 @@ use std::path::{Path, PathBuf};
 
 use crate::analysis::{
     ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, PlannedFit,
-    derive,
+    derive, read_text,
 };
 use crate::fit::{FitOutcome, PaperFit};
 use crate::load_cases::write_load_cases;
-use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
+use crate::report::{
+    ComparedFit, FitReport, Fitted, FittedModel, ModelComparison, PaperSteps, StoredFit,
+};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg};
 use super::failure::{Failure, refuse_given};
 use super::figure_files::{write, write_figures, wrote};
-use super::map::printed_fit;
 use super::outcome::Outcome;
 use super::progress::progress;
 
@@ -181,16 +182,17 @@ fn compared(
     };
     let mut files = Vec::with_capacity(against.len());
     for path in against {
-        let whole = printed_fit(path, &|problem| refuse(path, problem))?;
-        files.push((path, whole));
+        let stored = StoredFit::read(&read_text(path)?).map_err(|problem| refuse(path, problem))?;
+        files.push((path, stored));
     }
-    let (data, inputs) = (serde_json::json!(own), serde_json::json!(inputs));
-    let first = ComparedFit::new("this fit", &data, &inputs)
+    let model = FittedModel::from(own);
+    let first = ComparedFit::new("this fit", &model, inputs.hashes_of_data().collect())
         .map_err(|problem| refuse(Path::new("FIT.json"), format!("this fit: {problem}")))?;
     let mut fits = vec![first];
-    for (path, whole) in &files {
+    for (path, stored) in &files {
         let name = path.display().to_string();
-        let fit = ComparedFit::new(&name, &whole["data"], &whole["inputs"])
+        let hashes = stored.inputs.data.iter().map(|one| &*one.sha256);
+        let fit = ComparedFit::new(&name, &stored.data, hashes.collect())
             .map_err(|problem| refuse(path, problem.to_owned()))?;
         if let Some(difference) = fit.differs_from(&fits[0]) {
             let problem = format!("{difference}: models of different data cannot be ranked");

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::fit::StatusWord;
 use crate::robot::ModelParameter;
 use crate::structure::Compliance6;
 
@@ -40,7 +41,7 @@ pub struct ParameterRow {
     pub ci95: Option<[f64; 2]>,
     /// What a fit did with it, if the values are those of a fit.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub status: Option<String>,
+    pub status: Option<StatusWord>,
     /// The stiffness of a spring, whose value is its compliance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<SpringStiffness>,
@@ -124,8 +125,8 @@ impl ParameterRow {
             Some([low, high]) => interval(low, Some(high)) + &unit,
             None => ", no interval".to_owned(),
         });
-        if let Some(status) = &self.status {
-            parts.push(format!(", {}", status.replace('_', " ")));
+        if let Some(status) = self.status {
+            parts.push(format!(", {}", status.words()));
         }
         if let Some(spring) = &self.stiffness
             && let Some(value) = spring.value
@@ -174,7 +175,7 @@ impl ParameterRow {
     /// The parameter and, of a spring, its stiffness.
     fn csv_rows(&self) -> Vec<Vec<String>> {
         let row = |name: &str, value: String, unit: &str, [low, high]: [String; 2]| {
-            let status = self.status.clone().unwrap_or_default();
+            let status = self.status.map_or("", StatusWord::key).to_owned();
             let unit = unit.to_owned();
             vec![
                 String::new(),

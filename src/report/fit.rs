@@ -3,7 +3,7 @@
 use stiffbench_document::{Document, Table, TextColumn, table_of};
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
-use crate::fit::{FactorStatus, FitMethod, FitOutcome, WeightBasis};
+use crate::fit::{FactorStatus, FitMethod, FitOutcome, StatusWord, WeightBasis};
 use crate::fit::{PlannedLoadCase, ProposedWithin};
 use crate::least_squares::SigmaMode;
 use crate::test_point::PoseId;
@@ -141,13 +141,13 @@ fn mark_words(mark: &ReadingMark) -> String {
 }
 
 /// The status of a parameter, and whether the fit left it where it began.
-fn status_words(status: &str, moved: Option<bool>) -> String {
+fn status_words(status: StatusWord, moved: Option<bool>) -> String {
     let still = if moved == Some(false) {
         ", did not move"
     } else {
         ""
     };
-    format!("{}{still}", status.replace('_', " "))
+    format!("{}{still}", status.words())
 }
 
 /// How many of the parameters have a value: of those that the Jacobian determines some may fit with any value within their bounds.
@@ -155,7 +155,7 @@ fn rank_words(fit: &FitReport) -> String {
     let [rank, free] = [fit.rank, fit.free].map(Option::unwrap_or_default);
     let condition = or_infinite(fit.condition.map(|value| significant(value, 3)));
     let open = fit.parameters.iter();
-    let open = open.filter(|one| one.status == "not_identified" && one.bounds.is_some());
+    let open = open.filter(|one| one.status == StatusWord::NotIdentified && one.bounds.is_some());
     let open: Vec<&str> = open.map(|one| one.name.as_str()).collect();
     let data = data_words(fit);
     if open.is_empty() || rank < free {
@@ -195,7 +195,7 @@ fn parameter_tables(parameters: &[ParameterReport]) -> Document {
         .iter()
         .partition(|one| one.stiffness_unit.is_some());
     let mut document = Document::new();
-    if factors.iter().any(|one| one.status != "fixed") || springs.is_empty() {
+    if factors.iter().any(|one| one.status != StatusWord::Fixed) || springs.is_empty() {
         let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
             ("parameter", &|one| one.name.clone()),
             ("start", &|one| significant(one.start, 4)),
@@ -329,8 +329,8 @@ fn next(fit: &FitReport) -> Document {
         return document;
     }
     let springs = fit.parameters.iter();
-    let springs =
-        springs.filter(|one| one.stiffness_unit.is_some() && one.status == "not_identified");
+    let springs = springs
+        .filter(|one| one.stiffness_unit.is_some() && one.status == StatusWord::NotIdentified);
     let open: Vec<&str> = springs.map(|one| one.name.as_str()).collect();
     if !open.is_empty() {
         document.paragraph(format!(

@@ -1,15 +1,16 @@
 //! A fit as the data of `stiffbench fit --json`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
 use crate::fit::{
     BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome,
     FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter, MonteCarloFit,
-    PaperFit, PoseError, PoseFit, SequenceStep, WeightBasis,
+    PaperFit, PoseError, PoseFit, SequenceStep, StatusWord, WeightBasis,
 };
 use crate::fit::{PlannedLoadCase, PlannedLoadCases, ProposedWithin};
 use crate::least_squares::SigmaMode;
@@ -138,8 +139,8 @@ pub struct FactorReport {
     pub ci95_quadratic: Option<[f64; 2]>,
     /// 95 % interval of the bootstrap over runs or cells.
     pub ci95_bootstrap: Option<[f64; 2]>,
-    /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
-    pub status: &'static str,
+    /// What the fit did with it.
+    pub status: StatusWord,
     /// The parameter that it is tied to.
     pub tied_to: Option<String>,
     /// Where the fit began.
@@ -149,14 +150,14 @@ pub struct FactorReport {
 }
 
 /// A parameter of the model.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterReport {
     /// Its name, for example `beam.Iy`, `section.rod.A`, `joint.J2` or `base.rx`.
     pub name: String,
     /// Its value in `unit`; `null` of a spring that had none before the fit and of which the data say nothing.
     pub value: Option<f64>,
     /// `1` of a factor, `rad/(N*m)` of a spring.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard uncertainty.
     pub se: Option<f64>,
     /// 95 % likelihood-ratio interval, from the first island to the last.
@@ -164,35 +165,35 @@ pub struct ParameterReport {
     /// Islands of that interval; empty if it has no gaps.
     pub islands: Vec<[f64; 2]>,
     /// 95 % interval of the bootstrap over runs or cells, if it was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ci95_bootstrap: Option<[f64; 2]>,
     /// Smallest and largest value that the fit could give it; `null` of one that it does not move.
     pub bounds: Option<[f64; 2]>,
-    /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
-    pub status: &'static str,
+    /// What the fit did with it.
+    pub status: StatusWord,
     /// Where the fit began.
     pub start: f64,
     /// Whether the fit moved it from there; `null` of one that it may not move, or that ended on a bound.
     pub moved: Option<bool>,
     /// Stiffness of a spring, the inverse of its compliance; not there of a factor and where it is infinite.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     /// 95 % interval of the stiffness; an end that is `null` is infinite.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_ci95: Option<[Option<f64>; 2]>,
     /// Unit of the stiffness; not there of a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_unit: Option<String>,
     /// The parameter that it is tied to.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tied_to: Option<String>,
     /// What the data show of it instead of an interval.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub words: Option<String>,
 }
 
 /// A measured cell beside its prediction.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FittedCellReport {
     /// The session, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -478,7 +479,7 @@ impl From<&FactorEstimate> for ParameterReport {
             stiffness_unit: is_spring.then(|| stiffness_unit(estimate.parameter.unit())),
             name: estimate.name.clone(),
             value: estimate.known_value(),
-            unit: estimate.parameter.unit(),
+            unit: estimate.parameter.unit().into(),
             se: estimate.standard_uncertainty,
             ci95: estimate.interval_95,
             islands: estimate.islands_95.clone(),

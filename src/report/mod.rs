@@ -37,6 +37,7 @@ mod significance;
 mod simulation;
 mod specimen;
 mod stiffness;
+mod stored_fit;
 mod text;
 mod vector_stiffness;
 
@@ -95,6 +96,7 @@ pub use specimen::{
 };
 pub use stiffbench_document::{Block, Document, Table, TextColumn, table_of};
 pub use stiffness::stiffness_text;
+pub use stored_fit::{FittedModel, StoredFit, StoredInput, StoredInputs};
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};
 pub use vector_stiffness::{

@@ -2,12 +2,14 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use stiffbench_document::{Document, table_of};
 
-use crate::statistics::f_upper_tail;
+use crate::least_squares::SigmaMode;
+use crate::statistics::{f_upper_tail, root_mean_square};
 
+use super::fit_report::{FittedCellReport, ParameterReport};
+use super::stored_fit::FittedModel;
 use super::text::{digits, or_dash, significant};
 
 /// Values that differ by a smaller share are the same: JSON keeps all digits, other machines round the last ones otherwise.
@@ -61,12 +63,13 @@ pub struct NestedTest {
     pub p: f64,
 }
 
-/// A fit as it is compared, from what `fit --json` prints.
+/// A fit as it is compared.
 #[derive(Debug)]
 pub struct ComparedFit<'a> {
     name: String,
-    data: &'a Value,
-    inputs: &'a Value,
+    fit: &'a FittedModel,
+    /// SHA-256 of each of its data.
+    data: Vec<&'a str>,
     /// Parameters that the fit moves.
     free: usize,
     /// Cells of the fit.
@@ -76,56 +79,54 @@ pub struct ComparedFit<'a> {
 
 impl<'a> ComparedFit<'a> {
     /// # Arguments
-    /// - `data`, `inputs`: those of the JSON object of a fit.
+    /// - `data`: SHA-256 of each of its data.
     ///
     /// # Errors
     /// What it lacks, in words.
-    pub fn new(name: &str, data: &'a Value, inputs: &'a Value) -> Result<Self, &'static str> {
-        let cells = data["cells"]
-            .as_array()
-            .ok_or("it is no fit of stiffness values")?;
-        let squares = data["reduced_chi2"].as_f64().zip(data["dof"].as_f64());
-        let (reduced, dof) = squares
+    pub fn new(name: &str, fit: &'a FittedModel, data: Vec<&'a str>) -> Result<Self, &'static str> {
+        if fit.cells.is_empty() {
+            return Err("it is no fit of stiffness values");
+        }
+        let (reduced, dof) = fit
+            .reduced_chi2
+            .zip(fit.dof)
             .ok_or("it has no degrees of freedom left, or was made by the paper's procedure")?;
         Ok(Self {
             name: name.to_owned(),
+            fit,
             data,
-            inputs,
-            free: parameters(data).filter(|one| moves(one)).count(),
-            cells: cells
+            free: fit
+                .parameters
                 .iter()
-                .filter(|cell| cell["held_out"] == false)
+                .filter(|one| one.status.moves())
                 .count(),
-            squares: reduced * dof,
+            cells: fit.cells.iter().filter(|cell| !cell.held_out).count(),
+            squares: reduced * dof as f64,
         })
     }
 
     /// Why it cannot be ranked with another one, in words; `None` if both were fitted to the same.
     #[must_use]
     pub fn differs_from(&self, other: &Self) -> Option<&'static str> {
-        let hashes = |fit: &Self| -> Vec<Value> {
-            let data = fit.inputs["data"].as_array().into_iter().flatten();
-            data.map(|one| one["sha256"].clone()).collect()
-        };
-        if hashes(self) != hashes(other) {
+        if self.data != other.data {
             return Some("it was fitted to other data");
         }
-        let [own, others] = [self, other].map(|fit| fit.data["cells"].as_array());
-        let (own, others) = own.zip(others)?;
-        let same_of = |key: &'static str| {
-            own.len() == others.len() && own.iter().zip(others).all(|(a, b)| same(&a[key], &b[key]))
+        let (own, others) = (&self.fit.cells, &other.fit.cells);
+        let same_of = |is_same: &dyn Fn(&FittedCellReport, &FittedCellReport) -> bool| {
+            own.len() == others.len() && own.iter().zip(others).all(|(a, b)| is_same(a, b))
         };
-        if !["pose", "direction", "session", "measured"]
-            .map(same_of)
-            .iter()
-            .all(|same| *same)
-        {
+        if !same_of(&|a, b| {
+            (&a.pose, a.direction, &a.session) == (&b.pose, b.direction, &b.session)
+                && same(a.measured.value, b.measured.value)
+        }) {
             return Some("its cells, or their measured stiffness, are others");
         }
-        if !same_of("held_out") {
+        if !same_of(&|a, b| a.held_out == b.held_out) {
             return Some("it was fitted to other poses");
         }
-        if self.data["sigma"] != other.data["sigma"] || !same_of("ln_uncertainty") {
+        if self.fit.sigma != other.fit.sigma
+            || !same_of(&|a, b| same(a.ln_uncertainty, b.ln_uncertainty))
+        {
             return Some("it weighs the cells otherwise");
         }
         None
@@ -138,7 +139,7 @@ impl<'a> ComparedFit<'a> {
     /// n ln(S/n) with one more parameter if they are estimated.
     fn aicc(&self) -> Option<f64> {
         let n = self.cells as f64;
-        let (deviance, more) = if self.data["sigma"] == "known" {
+        let (deviance, more) = if self.fit.sigma == Some(SigmaMode::Known) {
             (self.squares, 0.0)
         } else {
             (n * (self.squares / n).ln(), 1.0)
@@ -149,46 +150,43 @@ impl<'a> ComparedFit<'a> {
     }
 
     fn unseen_rms_percent(&self) -> Option<f64> {
-        let cells = self.data["cells"].as_array()?.iter();
-        let error = |cell: &Value| {
-            let unseen = if cell["held_out"] == true {
-                &cell["predicted"]
+        let error = |cell: &FittedCellReport| {
+            let unseen = if cell.held_out {
+                Some(&cell.predicted)
             } else {
-                &cell["predicted_without_its_pose"]
+                cell.predicted_without_its_pose.as_ref()
             };
-            Some(100.0 * (unseen["value"].as_f64()? / cell["measured"]["value"].as_f64()? - 1.0))
+            Some(100.0 * (unseen?.value? / cell.measured.value? - 1.0))
         };
-        let errors: Vec<f64> = cells.filter_map(error).collect();
-        let squares: f64 = errors.iter().map(|error| error * error).sum();
-        (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+        root_mean_square(self.fit.cells.iter().filter_map(error))
     }
 
     /// Whether each model of this fit is one of the other's, which has more free parameters.
     fn is_within(&self, richer: &Self) -> bool {
-        let of_richer =
-            |own: &Value| parameters(richer.data).find(|one| one["name"] == own["name"]);
-        let is_kept = |own: &Value| {
-            let Some(other) = of_richer(own) else {
+        let [own, others] = [self, richer].map(|one| &one.fit.parameters);
+        let is_kept = |own: &ParameterReport| {
+            let Some(other) = others.iter().find(|one| one.name == own.name) else {
                 return false;
             };
-            match (moves(own), moves(other)) {
+            match (own.status.moves(), other.status.moves()) {
                 (_, true) => true,
                 (true, false) => false,
                 (false, false) => {
-                    let both = [own, other];
-                    let [tie, others] = both.map(|one| &one["tied_to"]);
-                    let key = if tie.is_null() { "value" } else { "start" };
-                    tie == others && same(&own[key], &other[key])
+                    own.tied_to == other.tied_to
+                        && match own.tied_to {
+                            None => same(own.value, other.value),
+                            Some(_) => same(Some(own.start), Some(other.start)),
+                        }
                 }
             }
         };
-        let kept = ["mechanism", "physics"].iter();
         self.free < richer.free
-            && kept.clone().all(|key| self.data[*key] == richer.data[*key])
-            && parameters(richer.data).all(|one| {
-                moves(one) || parameters(self.data).any(|own| own["name"] == one["name"])
-            })
-            && parameters(self.data).all(is_kept)
+            && (&self.fit.mechanism, &self.fit.physics)
+                == (&richer.fit.mechanism, &richer.fit.physics)
+            && others
+                .iter()
+                .all(|one| one.status.moves() || own.iter().any(|own| own.name == one.name))
+            && own.iter().all(is_kept)
     }
 
     fn nested_test(&self, richer: &Self) -> Option<NestedTest> {
@@ -208,20 +206,10 @@ impl<'a> ComparedFit<'a> {
     }
 }
 
-fn parameters(data: &Value) -> impl Iterator<Item = &Value> {
-    data["parameters"].as_array().into_iter().flatten()
-}
-
-/// Whether a fit moves a parameter by itself.
-fn moves(parameter: &Value) -> bool {
-    let status = parameter["status"].as_str().unwrap_or_default();
-    !["fixed", "tied"].contains(&status)
-}
-
-fn same(a: &Value, b: &Value) -> bool {
-    match (a.as_f64(), b.as_f64()) {
+/// Whether two values are the same but for the last digits.
+fn same(a: Option<f64>, b: Option<f64>) -> bool {
+    match (a, b) {
         (Some(a), Some(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),
-        _ if a.is_object() && b.is_object() => same(&a["value"], &b["value"]),
         _ => a == b,
     }
 }
@@ -236,11 +224,8 @@ impl ModelComparison {
             .min_by(f64::total_cmp);
         let models = fits.iter().map(|fit| ComparedModel {
             name: fit.name.clone(),
-            mechanism: fit.data["mechanism"]
-                .as_str()
-                .unwrap_or_default()
-                .to_owned(),
-            effects: fit.data["physics"].as_array().map_or(0, Vec::len),
+            mechanism: fit.fit.mechanism.clone(),
+            effects: fit.fit.physics.len(),
             free: fit.free,
             squares: fit.squares,
             aicc: fit.aicc(),
@@ -305,29 +290,30 @@ mod tests {
     use serde_json::json;
 
     /// A straight line or a parabola through ten points as if they were cells.
-    fn fit(free: usize, squares: f64, sigma: &str) -> [Value; 2] {
+    fn fit(free: usize, squares: f64, sigma: &str) -> FittedModel {
         let parameter = |place: usize| {
             let status = if place < free { "free" } else { "fixed" };
-            json!({"name": format!("p{place}"), "status": status, "value": 0.0, "start": 0.0, "tied_to": null})
+            json!({"name": format!("p{place}"), "status": status, "value": 0.0, "unit": "1", "se": null, "ci95": null,
+                "islands": [], "bounds": null, "start": 0.0, "moved": null})
         };
         let cell = |place: usize| {
-            json!({"pose": format!("P{place}"), "direction": "x", "measured": {"value": 2.0}, "ln_uncertainty": 0.01,
-                "held_out": false, "predicted_without_its_pose": {"value": 2.0 + 0.02 * free as f64}})
+            let k = |value: f64| json!({"value": value, "unit": "N/um"});
+            json!({"pose": format!("P{place}"), "direction": "x", "measured": k(2.0), "predicted": k(2.0), "ratio_percent": 100.0,
+                "ln_uncertainty": 0.01, "held_out": false, "predicted_without_its_pose": k(2.0 + 0.02 * free as f64)})
         };
         let dof = 10 - free;
-        let data = json!({
+        serde_json::from_value(json!({
             "mechanism": "F", "physics": [], "sigma": sigma, "dof": dof, "reduced_chi2": squares / dof as f64,
             "parameters": (0..3).map(parameter).collect::<Vec<_>>(), "cells": (0..10).map(cell).collect::<Vec<_>>(),
-        });
-        [data, json!({"data": [{"sha256": "a"}]})]
+        }))
+        .unwrap()
     }
 
     #[test]
     fn numbers_are_those_of_the_textbook() {
-        let [line, inputs] = fit(2, 4.0, "estimated");
-        let [parabola, _] = fit(3, 2.5, "estimated");
+        let (line, parabola) = (fit(2, 4.0, "estimated"), fit(3, 2.5, "estimated"));
         let fits = [("line", &line), ("parabola", &parabola)]
-            .map(|(name, data)| ComparedFit::new(name, data, &inputs).unwrap());
+            .map(|(name, fit)| ComparedFit::new(name, fit, vec!["a"]).unwrap());
         let found = ModelComparison::of(&fits);
         // n ln(S/n) + 2 K + 2 K (K + 1)/(n - K - 1) with K = 3 and 4, by hand.
         for (model, expected) in found.models.iter().zip([0.837_093, 2.137_056]) {
@@ -351,8 +337,8 @@ mod tests {
                 .contains("line is contained in parabola: F(1, 7) = 4.20")
         );
         // With known standard deviations the squares themselves count, and no scatter is estimated.
-        let [known, _] = fit(2, 4.0, "known");
-        let known = ComparedFit::new("known", &known, &inputs).unwrap();
+        let known = fit(2, 4.0, "known");
+        let known = ComparedFit::new("known", &known, vec!["a"]).unwrap();
         assert!((known.aicc().unwrap() - (4.0 + 4.0 + 12.0 / 7.0)).abs() < 1e-12);
         assert_eq!(
             known.differs_from(&fits[0]),
@@ -362,25 +348,22 @@ mod tests {
 
     #[test]
     fn models_of_other_data_are_not_ranked() {
-        let [own, inputs] = fit(2, 4.0, "known");
-        let first = ComparedFit::new("a", &own, &inputs).unwrap();
-        let differs = |data: &Value, inputs: &Value| {
-            ComparedFit::new("b", data, inputs)
-                .unwrap()
-                .differs_from(&first)
+        let own = fit(2, 4.0, "known");
+        let first = ComparedFit::new("a", &own, vec!["a"]).unwrap();
+        let differs = |fit: &FittedModel, data: &'static str| {
+            let other = ComparedFit::new("b", fit, vec![data]).unwrap();
+            other.differs_from(&first)
         };
-        assert_eq!(differs(&own, &inputs), None);
-        let other = json!({"data": [{"sha256": "b"}]});
-        assert_eq!(differs(&own, &other), Some("it was fitted to other data"));
+        assert_eq!(differs(&own, "a"), None);
+        assert_eq!(differs(&own, "b"), Some("it was fitted to other data"));
         let mut fewer = own.clone();
-        fewer["cells"].as_array_mut().unwrap().pop();
-        assert!(differs(&fewer, &inputs).is_some());
+        fewer.cells.pop();
+        assert!(differs(&fewer, "a").is_some());
         let mut held = own.clone();
-        held["cells"][0]["held_out"] = true.into();
-        assert_eq!(
-            differs(&held, &inputs),
-            Some("it was fitted to other poses")
-        );
-        assert!(ComparedFit::new("c", &json!({}), &inputs).is_err());
+        held.cells[0].held_out = true;
+        assert_eq!(differs(&held, "a"), Some("it was fitted to other poses"));
+        let mut none = own.clone();
+        none.cells.clear();
+        assert!(ComparedFit::new("c", &none, vec!["a"]).is_err());
     }
 }

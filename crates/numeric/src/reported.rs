@@ -1,18 +1,20 @@
 //! Numbers as they go to JSON.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::statistics::Estimate;
 
 /// A number as it goes to JSON: value, unit, and what is known of its uncertainty.
 ///
 /// A value that is not finite becomes `null` with the reason beside it, so that JSON never holds NaN or infinity.
-#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Reported {
     /// The value in `unit`; `null` if there is none.
     pub value: Option<f64>,
     /// ASCII unit, for example `N/um` or `rad/(N*m)`.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard uncertainty u, in `unit`.
     #[serde(rename = "u", skip_serializing_if = "Option::is_none")]
     pub standard_uncertainty: Option<f64>,
@@ -40,7 +42,7 @@ impl Reported {
         let finite = value.is_finite();
         Self {
             value: finite.then_some(value),
-            unit,
+            unit: unit.into(),
             standard_uncertainty: None,
             expanded_uncertainty: None,
             k: None,

@@ -38,6 +38,12 @@ impl From<&str> for PoseId {
     }
 }
 
+impl<'de> Deserialize<'de> for PoseId {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(|name| Self::new(&name))
+    }
+}
+
 impl Serialize for PoseId {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.0)

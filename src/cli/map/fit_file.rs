@@ -3,11 +3,11 @@
 use crate::analysis::{ArgumentError, read_text};
 use std::path::Path;
 
-use serde_json::Value;
-
 use crate::cli::failure::Failure;
 use crate::distribution::FittedCovariance;
 use crate::export::ParameterRow;
+use crate::fit::{FactorCorrelations, StatusWord};
+use crate::report::{FittedModel, StoredFit};
 use crate::robot::{FittingFactors, ModelParameter};
 
 /// What a fit found.
@@ -37,70 +37,63 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
             "stiffbench fit DATA --json > fit.json, then --fit fit.json",
         )
     };
-    let whole = printed_fit(path, &refuse)?;
-    let mut fitted = from_data(&whole["data"]).map_err(refuse)?;
+    let StoredFit {
+        inputs,
+        data,
+        warnings,
+    } = StoredFit::read(&read_text(path)?).map_err(refuse)?;
+    let mut fitted = of_model(&data).map_err(refuse)?;
     fitted.factors_name = format!("of {}", path.display());
-    let robot = |key| whole["inputs"]["robot"][key].as_str().map(str::to_owned);
-    let warnings = whole["warnings"].as_array().into_iter().flatten();
-    let warnings = warnings.filter_map(Value::as_str);
+    let warnings = warnings.iter();
     fitted.warnings = warnings
         .map(|warning| format!("{}: {warning}", path.display()))
         .collect();
-    fitted.robot = robot("name").zip(robot("sha256"));
+    fitted.robot = inputs.robot.map(|robot| (robot.name, robot.sha256));
     Ok(fitted)
 }
 
-/// What `stiffbench fit --json` printed, whole.
-pub(in crate::cli) fn printed_fit(
-    path: &Path,
-    refuse: &dyn Fn(String) -> ArgumentError,
-) -> Result<Value, Failure> {
-    let whole: Value = serde_json::from_str(&read_text(path)?)
-        .map_err(|error| refuse(format!("it is no JSON: {error}")))?;
-    if whole["kind"] != "fit" || whole["ok"] != true {
-        return Err(refuse("it is not what stiffbench fit --json prints".to_owned()).into());
-    }
-    Ok(whole)
-}
-
-/// Values and covariance from the data of a fit.
+/// Values and covariance of a fitted model.
 ///
 /// # Errors
 /// What is missing, in words.
-fn from_data(data: &Value) -> Result<FitFile, String> {
-    let names = data["correlation"]["names"].as_array();
+fn of_model(fit: &FittedModel) -> Result<FitFile, String> {
+    let names = fit.correlation.as_ref().map(|found| &found.names);
     let (mut values, mut notes, mut rows) = (FittingFactors::UNIT, Vec::new(), Vec::new());
     let mut parameters = Vec::new();
     // Place, among the correlations, of the parameter whose covariance each one has.
     let mut sources = Vec::new();
-    for (name, entry) in entries(data) {
+    for one in &fit.parameters {
+        let name = &one.name;
         let parameter =
             ModelParameter::try_from(name.clone()).map_err(|error| error.to_string())?;
-        let value = entry["value"].as_f64();
-        let value = value.filter(|value| *value > 0.0 || (!parameter.is_factor() && *value == 0.0));
+        let is_possible = |value: &f64| *value > 0.0 || (!parameter.is_factor() && *value == 0.0);
         // Of a spring that no load turned there is none.
-        if parameter.is_factor() || !entry["value"].is_null() {
+        if parameter.is_factor() || one.value.is_some() {
+            let value = one.value.filter(is_possible);
             let value = value.ok_or_else(|| format!("it has no value of {name}"))?;
             values.set(&parameter, value);
         }
-        let own = entry["tied_to"].as_str().unwrap_or(&name);
+        let own = one.tied_to.as_ref().unwrap_or(name);
         let source = names.and_then(|names| names.iter().position(|known| known == own));
-        let status = entry["status"].as_str().unwrap_or_default();
-        if ["at_bound", "not_identified"].contains(&status) {
+        if [StatusWord::AtBound, StatusWord::NotIdentified].contains(&one.status) {
             let taken = match source {
                 Some(_) => "its second-order one",
                 None => "it as exact",
             };
             notes.push(format!(
                 "{name} is {}: the uncertainty of the map takes {taken}",
-                status.replace('_', " ")
+                one.status.words()
             ));
         }
-        rows.push(parameter_row(&parameter, entry));
+        rows.push(ParameterRow {
+            status: Some(one.status),
+            ..ParameterRow::new(name.clone(), one.value, parameter.unit(), one.ci95)
+        });
         parameters.push(parameter);
         sources.push(source);
     }
-    let covariance = covariance(data, parameters, &sources);
+    let covariance =
+        (fit.correlation.as_ref()).and_then(|found| covariance(found, parameters, &sources));
     if covariance.is_none() {
         notes.push(
             "the fit has no covariance: the map has no uncertainty of the factors".to_owned(),
@@ -110,53 +103,21 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
         factors: values,
         covariance,
         notes,
-        mechanism: data["mechanism"].as_str().map(str::to_owned),
+        mechanism: Some(fit.mechanism.clone()),
         parameters: rows,
         ..FitFile::default()
     })
 }
 
-/// A parameter with its interval and what the fit did with it.
-fn parameter_row(parameter: &ModelParameter, entry: &Value) -> ParameterRow {
-    let end = |place: usize| entry["ci95"][place].as_f64();
-    let ci95 = end(0).zip(end(1)).map(|(low, high)| [low, high]);
-    let value = entry["value"].as_f64();
-    ParameterRow {
-        status: entry["status"].as_str().map(str::to_owned),
-        ..ParameterRow::new(parameter.to_string(), value, parameter.unit(), ci95)
-    }
-}
-
-/// Name and entry of each parameter of a fit; one printed before there was a list has its factors by class.
-fn entries(data: &Value) -> Vec<(String, &Value)> {
-    if let Some(list) = data["parameters"].as_array() {
-        let name = |entry: &Value| entry["name"].as_str().unwrap_or_default().to_owned();
-        return list.iter().map(|entry| (name(entry), entry)).collect();
-    }
-    let classes = ModelParameter::CLASSES
-        .iter()
-        .map(ModelParameter::to_string);
-    classes
-        .map(|name| {
-            let (class, constant) = name.split_once('.').unwrap_or_default();
-            let entry = &data["factors"][class][constant];
-            (name, entry)
-        })
-        .collect()
-}
-
-/// The covariance of the parameters; `None` if the fit has none.
+/// The covariance of the parameters; `None` of correlations that lack a row.
 fn covariance(
-    data: &Value,
+    found: &FactorCorrelations,
     parameters: Vec<ModelParameter>,
     sources: &[Option<usize>],
 ) -> Option<FittedCovariance> {
-    let correlation = data["correlation"].as_object()?;
-    let u = correlation.get("u_ln")?.as_array()?;
-    let coefficients = correlation.get("matrix")?.as_array()?;
     let entry = |a: usize, b: usize| {
-        let coefficient = coefficients.get(a)?.get(b)?.as_f64()?;
-        Some(coefficient * u.get(a)?.as_f64()? * u.get(b)?.as_f64()?)
+        let coefficient = found.matrix.get(a)?.get(b)?;
+        Some(coefficient * found.u_ln.get(a)? * found.u_ln.get(b)?)
     };
     let row = |one: &Option<usize>| -> Option<Vec<f64>> {
         let others = sources.iter();
@@ -170,6 +131,6 @@ fn covariance(
     Some(FittedCovariance {
         parameters,
         matrix: sources.iter().map(row).collect::<Option<_>>()?,
-        dof: correlation.get("dof").and_then(Value::as_f64),
+        dof: found.dof,
     })
 }

@@ -23,7 +23,7 @@ use super::progress::progress;
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
-pub(super) use fit_file::{FitFile, printed_fit, read_fit};
+pub(super) use fit_file::{FitFile, read_fit};
 
 use args::MapCommand;
 use files::{WantedFigures, write_all};

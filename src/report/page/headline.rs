@@ -164,7 +164,7 @@ impl<'r> SpringLine<'r> {
     fn of_fit(one: &'r ParameterReport) -> Self {
         Self {
             name: &one.name,
-            unit: one.unit,
+            unit: &one.unit,
             compliance: one.value,
             ci95: one.ci95,
         }

@@ -58,7 +58,7 @@ pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_
 pub use outcome::{
     BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod,
     FitOutcome, FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter,
-    PoseError,
+    PoseError, StatusWord,
 };
 pub use plan::{
     NextStandardError, PlannedLoadCase, PlannedLoadCases, plan_beside_cells, plan_load_cases,

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use stiffbench_beams::physics::Effect;
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, TrackerFrames};
@@ -71,6 +71,48 @@ pub enum FactorStatus {
     },
 }
 
+/// A [`FactorStatus`] in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StatusWord {
+    /// Moved by the fit and determined by the data.
+    Free,
+    /// Kept at its start.
+    Fixed,
+    /// Kept in proportion to another parameter.
+    Tied,
+    /// Ended on a bound.
+    AtBound,
+    /// Not determined by the data.
+    NotIdentified,
+}
+
+impl StatusWord {
+    /// As files and JSON have it.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::Tied => "tied",
+            Self::AtBound => "at_bound",
+            Self::NotIdentified => "not_identified",
+        }
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn words(self) -> String {
+        self.key().replace('_', " ")
+    }
+
+    /// Whether a fit moves the parameter by itself.
+    #[must_use]
+    pub fn moves(self) -> bool {
+        !matches!(self, Self::Fixed | Self::Tied)
+    }
+}
+
 impl FactorStatus {
     /// Of a parameter that no reading depends on.
     pub(crate) fn unloaded(parameter: &ModelParameter) -> Self {
@@ -79,15 +121,15 @@ impl FactorStatus {
         }
     }
 
-    /// The word of the JSON contract.
+    /// The same in a word.
     #[must_use]
-    pub fn word(&self) -> &'static str {
+    pub fn word(&self) -> StatusWord {
         match self {
-            Self::Free => "free",
-            Self::Fixed => "fixed",
-            Self::Tied { .. } => "tied",
-            Self::AtBound { .. } => "at_bound",
-            Self::NotIdentified { .. } => "not_identified",
+            Self::Free => StatusWord::Free,
+            Self::Fixed => StatusWord::Fixed,
+            Self::Tied { .. } => StatusWord::Tied,
+            Self::AtBound { .. } => StatusWord::AtBound,
+            Self::NotIdentified { .. } => StatusWord::NotIdentified,
         }
     }
 
@@ -395,7 +437,7 @@ pub struct FrameParameter {
 }
 
 /// Correlations of the factors the data determine.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FactorCorrelations {
     /// Names, in the order of rows and columns.
     pub names: Vec<String>,

@@ -11,7 +11,17 @@ use super::parameter::{Bound, ParameterSet, ValueSource};
 use super::singular_values::{SingularValues, norm};
 
 /// Where the standard deviation of the residuals comes from. There is no default: the two answer different questions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum SigmaMode {
     /// The residuals were divided by standard deviations that are known: the covariance is (JᵀJ)⁻¹, intervals are normal, and a reduced
