@@ -1,4 +1,5 @@
-//! Every command of the README and of the pages runs as it stands there, in a folder with what the reader of its page has by then.
+//! Every command of the README and of the pages runs as it stands there, in a folder with what the reader of its page has by then, and prints what
+//! stands below it there.
 //!
 //! `pages.toml` says what a reader has, and which commands cannot run to their end in a test.
 
@@ -30,8 +31,19 @@ struct Pages {
     given: BTreeMap<String, String>,
 }
 
-/// Lines of each block of commands: of ```sh all, of ```console what stands behind `$ `.
-fn blocks(markdown: &str) -> Vec<Vec<&str>> {
+/// A line of a page that stands for lines that it leaves out.
+const LEFT_OUT: &str = "...";
+
+/// A block of commands.
+#[derive(Debug, Default, PartialEq)]
+struct Block<'p> {
+    /// Its commands: of ```sh all lines, of ```console what stands behind `$ `.
+    commands: Vec<&'p str>,
+    /// What the page says that they print.
+    shown: Vec<&'p str>,
+}
+
+fn blocks(markdown: &str) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
     let mut language = None;
     let mut indent = 0;
@@ -40,18 +52,25 @@ fn blocks(markdown: &str) -> Vec<Vec<&str>> {
             (Some(begun), None) => {
                 language = Some(begun);
                 indent = line.len() - line.trim_start().len();
-                blocks.push(Vec::new());
+                blocks.push(Block::default());
             }
             (Some(_), Some(_)) => language = None,
-            (None, Some("sh")) => blocks
-                .last_mut()
-                .unwrap()
-                .push(line.get(indent..).unwrap_or("")),
-            (None, Some("console")) => blocks.last_mut().unwrap().extend(line.strip_prefix("$ ")),
+            (None, Some("sh")) => {
+                let commands = &mut blocks.last_mut().unwrap().commands;
+                commands.push(line.get(indent..).unwrap_or(""));
+            }
+            (None, Some("console")) => {
+                let block = blocks.last_mut().unwrap();
+                match line.strip_prefix("$ ") {
+                    Some(command) => block.commands.push(command),
+                    None if line != LEFT_OUT => block.shown.push(line),
+                    None => {}
+                }
+            }
             (None, _) => {}
         }
     }
-    blocks.retain(|block| !block.is_empty());
+    blocks.retain(|block| !block.commands.is_empty());
     blocks
 }
 
@@ -81,17 +100,23 @@ impl Pages {
         fs::create_dir(&folder).unwrap();
         let given = self.given.get(page.to_str().unwrap()).cloned();
         let blocks = blocks(&markdown);
-        let scripts = blocks.iter().filter_map(|block| self.script(block));
-        let failed = given.into_iter().chain(scripts).filter_map(|script| {
-            let failure = run(&script, &folder, desk.path())?;
-            Some(format!("{}:\n{script}\n{failure}", page.display()))
-        });
+        let given = given.map(|script| (script, Vec::new())).into_iter();
+        let failed = given
+            .chain(
+                blocks
+                    .into_iter()
+                    .filter_map(|block| Some((self.script(&block.commands)?, block.shown))),
+            )
+            .filter_map(|(script, shown)| {
+                let failure = run(&script, &shown, &folder, desk.path())?;
+                Some(format!("{}:\n{script}\n{failure}", page.display()))
+            });
         failed.collect()
     }
 }
 
-/// What a script printed as an error, if it failed.
-fn run(script: &str, folder: &Path, home: &Path) -> Option<String> {
+/// What a script printed as an error, if it failed, or what it did not print.
+fn run(script: &str, shown: &[&str], folder: &Path, home: &Path) -> Option<String> {
     let programs = Path::new(env!("CARGO_BIN_EXE_stiffbench")).parent()?;
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     let output = Command::new("sh")
@@ -103,14 +128,14 @@ fn run(script: &str, folder: &Path, home: &Path) -> Option<String> {
         .env("ROOT", repository())
         .output()
         .unwrap();
-    let failure = || {
-        format!(
-            "{}\n{}",
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        )
-    };
-    (!output.status.success()).then(failure)
+    let [printed, errors] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    if !output.status.success() {
+        return Some(format!("{}\n{errors}", output.status));
+    }
+    let is_printed = |line: &&&str| printed.lines().any(|own| own == **line);
+    let missing = shown.iter().find(|line| !is_printed(line))?;
+    Some(format!("it does not print\n{missing}\nbut\n{printed}"))
 }
 
 #[test]
@@ -157,7 +182,16 @@ fn blocks_of_commands_are_found() {
     let markdown = "1. a\n   ```sh\n   fit a \\\n     --b  # c\n   ```\n```console\n$ one\nwhat it prints\n$ two\n```\n```toml\n$ no\n```\n$ no\n";
     assert_eq!(
         blocks(markdown),
-        [vec!["fit a \\", "  --b  # c"], vec!["one", "two"]]
+        [
+            Block {
+                commands: vec!["fit a \\", "  --b  # c"],
+                shown: Vec::new()
+            },
+            Block {
+                commands: vec!["one", "two"],
+                shown: vec!["what it prints"]
+            }
+        ]
     );
 }
 
@@ -171,6 +205,6 @@ fn a_command_that_is_not_run_to_its_end_is_checked_for_its_words() {
     assert_eq!(settings.script(&["cargo test", "stiffbench demo"]), None);
     let script = settings.script(&["stiffbench ports --wait --bnid force  # plug it in"]);
     let folder = tempfile::tempdir().unwrap();
-    let failure = run(&script.unwrap(), folder.path(), folder.path());
+    let failure = run(&script.unwrap(), &[], folder.path(), folder.path());
     assert!(failure.is_some_and(|failure| failure.contains("--bnid")));
 }

@@ -126,7 +126,7 @@ impl ParameterRow {
             None => ", no interval".to_owned(),
         });
         if let Some(status) = self.status {
-            parts.push(format!(", {}", status.words()));
+            parts.push(format!(", {status}"));
         }
         if let Some(spring) = &self.stiffness
             && let Some(value) = spring.value

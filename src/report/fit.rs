@@ -147,7 +147,7 @@ fn status_words(status: StatusWord, moved: Option<bool>) -> String {
     } else {
         ""
     };
-    format!("{}{still}", status.words())
+    format!("{status}{still}")
 }
 
 /// How many of the parameters have a value: of those that the Jacobian determines some may fit with any value within their bounds.

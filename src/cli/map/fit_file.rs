@@ -82,7 +82,7 @@ fn of_model(fit: &FittedModel) -> Result<FitFile, String> {
             };
             notes.push(format!(
                 "{name} is {}: the uncertainty of the map takes {taken}",
-                one.status.words()
+                one.status
             ));
         }
         rows.push(ParameterRow {

@@ -1,5 +1,7 @@
 //! What a fit found, and what its numbers are worth.
 
+use std::fmt;
+
 use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
@@ -100,16 +102,16 @@ impl StatusWord {
         }
     }
 
-    /// For people.
-    #[must_use]
-    pub fn words(self) -> String {
-        self.key().replace('_', " ")
-    }
-
     /// Whether a fit moves the parameter by itself.
     #[must_use]
     pub fn moves(self) -> bool {
         !matches!(self, Self::Fixed | Self::Tied)
+    }
+}
+
+impl fmt::Display for StatusWord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.key().replace('_', " "))
     }
 }
 
