@@ -405,7 +405,7 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
     document.paragraph(
         "Load cases that would determine best what is open, one after the other (standard errors now and then):",
     );
-    for (place, next) in planned.iter().enumerate() {
+    for next in planned {
         let errors = next
             .errors
             .iter()
@@ -425,8 +425,7 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
             format!("{} {now} to {then}{unit}", one.name)
         });
         document.item(format!(
-            "{}. {} N along {} in pose {}: {}; tool at {} mm. {}",
-            place + 1,
+            "{} N along {} in pose {}: {}; tool at {} mm. {}",
             significant(next.force_n, 3),
             next.direction,
             next.name,
