@@ -18,6 +18,10 @@ use crate::report::{CompletionScript, ErrorReport};
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each states one thing about the printing"
+)]
 pub struct Outcome {
     /// Word for the kind of result, also the name of its schema.
     pub(super) kind: &'static str,

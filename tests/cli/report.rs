@@ -484,7 +484,7 @@ fn typst_gets_every_text_as_a_string() {
         .succeeds();
     let text = desk.read("page.typ");
     assert!(text.contains("\"#panic(\\\"no\\\") \\\\ $x$ *bold*\""));
-    assert!(text.contains("image(bytes(\"<svg xmlns=") && !text.contains("{{"));
+    assert!(text.contains("drawing(bytes(\"<svg xmlns=") && !text.contains("{{"));
     // Outside of strings stand the words of the template alone.
     let mut outside = String::new();
     let (mut is_string, mut is_escaped) = (false, false);

@@ -153,7 +153,7 @@ fn outcome(
     let mut text = format!("Report {}: {}\n", page.number, page.title);
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
-    let lines = lines.chain(&headline.doubts);
+    let lines = lines.chain(&headline.warnings);
     let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
     let lines = lines.chain(&headline.limit).chain(&headline.improvement);
     for line in lines.chain(&headline.validation) {

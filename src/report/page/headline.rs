@@ -35,7 +35,7 @@ pub struct PageHeadline {
     /// Stiffness with its expanded uncertainty and k.
     pub stiffness: Vec<String>,
     /// What puts a stiffness in doubt.
-    pub doubts: Vec<String>,
+    pub warnings: Vec<String>,
     /// The verdict on the model, or of the comparison.
     pub verdict: Option<String>,
     /// Where nothing was found, what would have been, from the best to the worst place, and how many places could not be tested.
@@ -67,8 +67,9 @@ impl ReportPage {
         let stiffness = self.sessions.iter().filter(of_cells);
         let stiffness =
             stiffness.map(|session| named_as(session, stiffness_words(&session.results)));
-        let doubts = self.sessions.iter();
-        let doubts = doubts.filter_map(|session| Some(named_as(session, doubt(&session.results)?)));
+        let warnings = self.sessions.iter();
+        let warnings =
+            warnings.filter_map(|session| Some(named_as(session, doubt(&session.results)?)));
         let found = diagnosis.and_then(|one| named(&one.numbers));
         let springs = match (found, fit.map(|fit| &fit.numbers)) {
             (Some(found), _) => {
@@ -82,7 +83,7 @@ impl ReportPage {
         let comparison = self.comparison.as_ref();
         PageHeadline {
             stiffness: stiffness.chain(springs).collect(),
-            doubts: doubts.collect(),
+            warnings: warnings.collect(),
             verdict: comparison
                 .map(|comparison| comparison.verdict.clone())
                 .or(verdict),

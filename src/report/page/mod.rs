@@ -224,8 +224,6 @@ pub struct ReportPage {
     pub map: Option<PageMap>,
     /// The diagnosis.
     pub diagnosis: Option<PageDiagnosis>,
-    /// Every place at which each law was looked for.
-    pub places: Vec<PageEntry>,
     /// Parts that are missing, with the reason.
     pub left_out: Vec<String>,
     /// The figures.
@@ -234,6 +232,8 @@ pub struct ReportPage {
     pub settings: PageSettings,
     /// The program.
     pub program: PageProgram,
+    /// Every place at which each law was looked for.
+    pub places: Vec<PageEntry>,
 }
 
 impl ReportPage {
