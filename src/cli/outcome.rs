@@ -18,6 +18,10 @@ use crate::report::{CompletionScript, ErrorReport};
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each states one thing about the printing"
+)]
 pub struct Outcome {
     /// Word for the kind of result, also the name of its schema.
     pub(super) kind: &'static str,
@@ -33,6 +37,8 @@ pub struct Outcome {
     pub(super) strict_exit: u8,
     /// Exit code in any case: what was printed is whole, and states that something is not.
     pub(super) exit: u8,
+    /// Whether what was examined failed: `ok` of JSON is false then.
+    failed: bool,
     /// Whether the text stands alone, without the inputs before it.
     bare: bool,
     /// Whether JSON on standard output takes the place of a file that `--out -` asks for.
@@ -136,6 +142,13 @@ impl Outcome {
         self
     }
 
+    /// With `ok` false in JSON if what was examined failed.
+    #[must_use]
+    pub fn with_failed(mut self, failed: bool) -> Self {
+        self.failed = failed;
+        self
+    }
+
     /// Prints the result: JSON or text on standard output, notes on standard error.
     #[must_use]
     pub fn print(mut self, global: &Global) -> ExitCode {
@@ -153,7 +166,7 @@ impl Outcome {
 
     /// The one object of `--json`.
     pub(super) fn json(&mut self) -> Value {
-        let mut object = envelope(self.kind, true);
+        let mut object = envelope(self.kind, !self.failed);
         object["inputs"] = json!(self.inputs);
         object["data"] = self.data.take();
         object["warnings"] = json!(self.warnings);

@@ -278,7 +278,7 @@ fn play_that_a_diagnosis_finds_is_held_in_the_next_fit_and_stated_by_the_report(
     desk.run("report loads --format markdown --out page.md")
         .succeeds();
     let page = desk.read("page.md");
-    let headline = "K in kN·m/rad with what was found, with 95 % intervals";
+    let headline = "Springs in kN·m/rad with what was found, with 95 % intervals";
     assert!(page.contains(headline), "{page}");
 }
 

@@ -140,7 +140,11 @@ fn a_changed_number_is_named_with_its_line_and_what_it_was() {
         run.stdout
     );
     let data = desk.run("report verify changed.html --json").exits_with(30);
-    assert_eq!(data.json()["data"]["good"], false);
+    let data = data.json();
+    assert_eq!(
+        (&data["ok"], &data["data"]["good"]),
+        (&false.into(), &false.into())
+    );
     desk.run("report verify session/report.html").succeeds();
 }
 
@@ -288,6 +292,88 @@ fn an_emulated_session_that_was_stopped_is_partial() {
         run.code != 0
     );
     desk.run("report verify whole/report.html whole").succeeds();
+    // The session has its days: details that state others are no report.
+    desk.write("days.toml", "performed = \"2020-01-02\"\n");
+    let other_days = "report whole --no-diagnosis --details days.toml --out days.html";
+    let error = desk.refusal(other_days, 10, "stiffbench::report::contradiction");
+    assert_output_contains(&error, &["`performed` states 2020-01-02", "taken on"]);
+    assert!(!desk.path("days.html").exists());
+    // A calibration that had run out stands on the first page with the digits of its certificate.
+    desk.write(
+        "whole/session.toml",
+        &overdue(&desk.read("whole/session.toml")),
+    );
+    let run = desk
+        .run("report whole --no-diagnosis --out overdue.html")
+        .succeeds();
+    let page = desk.read("overdue.html");
+    let first = page.split("<h2>").next().unwrap();
+    for words in [
+        "CALIBRATION OVERDUE",
+        "certificate K-1, OVERDUE (due 2020-01-02)",
+        "displacement gauge: not stated",
+        "loads -10, -20, -30 N",
+        "no statement of conformity",
+    ] {
+        assert!(first.contains(words), "{words}: {first}");
+    }
+    assert!(page.contains("<td>0.15 N (k = 2)</td>") && page.contains("measured by"));
+    assert!(run.stdout.contains("CALIBRATION OVERDUE"));
+}
+
+/// A session whose force gauge had a certificate that ran out.
+fn overdue(session: &str) -> String {
+    let record =
+        "[instruments.force]\nU_N = 0.15\nk = 2\ncertificate = \"K-1\"\ndue = 2020-01-02\n";
+    session.replacen("[instruments.force]\n", record, 1)
+}
+
+/// Rows of a table are as long as its head in every form, whatever a pose is called.
+#[test]
+fn a_bar_in_the_name_of_a_pose_shifts_no_column_in_any_form() {
+    let desk = desk();
+    desk.run("simulate session --poses P1,P3 --seed 4")
+        .succeeds();
+    for (file, old, new) in [
+        ("readings.csv", ",P1,", ",P|1,"),
+        ("robot.toml", "[poses.P1]", "[poses.\"P|1\"]"),
+        ("session.toml", "\"P1\"", "\"P|1\""),
+        ("session.toml", "robot_sha256", "# robot_sha256"),
+    ] {
+        let path = format!("session/{file}");
+        desk.write(&path, &desk.read(&path).replace(old, new));
+    }
+    for out in ["page.html", "page.md", "page.typ"] {
+        desk.run(&format!("report session --no-diagnosis --out {out}"))
+            .succeeds();
+    }
+    let rows = |text: &str, begins: &str, cell: &str| {
+        let rows = text.lines().filter(|line| line.starts_with(begins));
+        rows.map(|row| row.matches(cell).count())
+            .collect::<Vec<_>>()
+    };
+    // Three directions in the results, three in the fit.
+    let (html, markdown) = (desk.read("page.html"), desk.read("page.md"));
+    assert_eq!(
+        rows(&html, "<tr><td>P|1</td><td>", "<td>"),
+        [8, 8, 8, 6, 6, 6]
+    );
+    let plain = markdown.replace("\\|", "");
+    assert_eq!(rows(&plain, "| P1 |", "|"), [9, 9, 9, 7, 7, 7]);
+    assert_eq!(desk.read("page.typ").matches("\"P|1\", \"x\", ").count(), 2);
+}
+
+/// What K and U are stands in every form.
+#[test]
+fn every_form_defines_its_symbols() {
+    let desk = desk_with_report("");
+    for out in ["page.md", "page.typ", "page.html"] {
+        desk.run(&format!("report session --no-diagnosis --out {out}"))
+            .succeeds();
+        let page = desk.read(out);
+        assert!(page.contains("K is the stiffness of the end"), "{out}");
+        assert!(page.contains("the sequence of loads 5 times"), "{out}");
+    }
 }
 
 #[test]
@@ -398,7 +484,7 @@ fn typst_gets_every_text_as_a_string() {
         .succeeds();
     let text = desk.read("page.typ");
     assert!(text.contains("\"#panic(\\\"no\\\") \\\\ $x$ *bold*\""));
-    assert!(text.contains("image(bytes(\"<svg xmlns=") && !text.contains("{{"));
+    assert!(text.contains("drawing(bytes(\"<svg xmlns=") && !text.contains("{{"));
     // Outside of strings stand the words of the template alone.
     let mut outside = String::new();
     let (mut is_string, mut is_escaped) = (false, false);

@@ -38,6 +38,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
         .iter()
         .partition(|note| note.placement == NotePlacement::Free);
     let lines = lines(panel, frame);
+    let areas = |marks: &Marks| matches!(marks, Marks::Polygons(_));
+    let has_areas = panel.series.iter().any(|series| areas(&series.marks));
     for note in fixed {
         let Some(at) = frame.place(note.at) else {
             continue;
@@ -47,7 +49,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
             NotePlacement::Centred | NotePlacement::Free => [0.0, 0.0],
         };
         let spot = beside(at, note, side, GAP_PX);
-        if note.placement != NotePlacement::Centred && crossings(ground(spot), &lines) > 0 {
+        let covers = || has_areas || crossings(ground(spot), &lines) > 0;
+        if note.placement != NotePlacement::Centred && covers() {
             lay_ground(canvas, spot);
         }
         write(canvas, note, spot);

@@ -48,8 +48,9 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
     refuse_overdue(&source, global)?;
     let choice = args.model.choice()?;
     let page = session_page(&source, &choice, &settings, &template.sha256())?;
-    let text = template.render(&page)?.text;
+    page.check_details()?;
     refuse_early_issue(&page, args.page.issued)?;
+    let text = template.render(&page)?.text;
     let to_output = is_dash(&out);
     if !to_output {
         write_new(&out, &text)?;
@@ -93,6 +94,8 @@ pub(in crate::cli) fn write_comparison(
         &settings,
         &template.sha256(),
     );
+    page.check_details()?;
+    refuse_early_issue(&page, args.issued)?;
     write_new(out, &template.render(&page)?.text)?;
     Ok(page)
 }
@@ -150,6 +153,7 @@ fn outcome(
     let mut text = format!("Report {}: {}\n", page.number, page.title);
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
+    let lines = lines.chain(&headline.warnings);
     let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
     let lines = lines.chain(&headline.limit).chain(&headline.improvement);
     for line in lines.chain(&headline.validation) {

@@ -35,8 +35,10 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
         (false, 0) => NOT_COMPARED,
         (false, _) => DIFFERS,
     };
+    let good = check.good;
     Ok(Outcome::new("report-verify", check.text(), check)
         .with_overdue(page.overdue())
+        .with_failed(!good)
         .with_exit(exit))
 }
 

@@ -15,6 +15,7 @@ use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
 use super::headline::PageHeadline;
 use super::map::{MappedModel, add_map};
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
+use super::places::places;
 use super::session::PageSession;
 use super::source::PageSource;
 use super::{PageFigures, PageProgram, PageSettings, ReportPage};
@@ -89,16 +90,21 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         issued: settings.issued.clone(),
         replaces: settings.amends.clone(),
         marks: marks.iter().map(|(mark, _)| *mark).collect(),
-        mark_sentences: marks.iter().map(|(_, words)| *words).collect(),
+        mark_sentences: marks.into_iter().map(|(_, words)| words).collect(),
         headline: PageHeadline::default(),
+        beside_answer: Vec::new(),
+        definitions: Vec::new(),
+        signatures: Vec::new(),
         items: Vec::new(),
         conformity: None,
         sessions: source.parts.clone(),
         comparison: None,
         model: None,
         fit: None,
+        about_fit: Vec::new(),
         map: None,
         diagnosis: None,
+        places: Vec::new(),
         left_out: Vec::new(),
         figures: PageFigures {
             readings: (!named.is_empty())
@@ -242,24 +248,14 @@ fn finished(mut page: ReportPage) -> ReportPage {
     }
     let last_day = page.sessions.iter().filter_map(PageSession::last_day).max();
     page.issued = page.issued.clone().or_else(|| last_day.map(str::to_owned));
-    let of_sessions = |value: fn(&PageSession) -> Option<String>| {
-        let mut values: Vec<String> = page.sessions.iter().filter_map(value).collect();
-        values.dedup();
-        (!values.is_empty()).then(|| values.join("; "))
-    };
-    let place = |session: &PageSession| {
-        let own = session.conditions.iter();
-        let mut own = own.filter(|entry| entry.name == "place");
-        own.next().map(|entry| entry.value.clone())
-    };
     let known = KnownItems {
-        method: of_sessions(|session| {
-            let method = session.method()?;
+        method: page.of_sessions(|session| {
+            let method = session.condition("procedure")?;
             Some(format!("procedure {method} of stiffbench"))
         }),
-        performed: of_sessions(|session| session.performed.clone()),
+        performed: page.of_sessions(|session| session.performed.clone()),
         issued: page.issued.clone(),
-        place: of_sessions(place),
+        place: page.of_sessions(|session| session.condition("place")),
         deviations: page
             .sessions
             .iter()
@@ -268,5 +264,10 @@ fn finished(mut page: ReportPage) -> ReportPage {
     };
     page.items = page_items(&page.settings.details, &known);
     page.headline = page.answer();
+    page.beside_answer = page.beside_answer();
+    page.definitions = page.definitions();
+    page.signatures = page.signatures();
+    page.about_fit = page.about_fit();
+    page.places = page.diagnosis.iter().flat_map(places).collect();
     page.numbered()
 }

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::results::PageCell;
+use super::session::{PageSession, as_stated};
+use crate::count::counted;
 use crate::load_direction::LoadDirection;
-use crate::report::significant;
-
-use super::session::PageSession;
 
 /// How a limit is applied to a value with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -27,7 +27,7 @@ impl DecisionRule {
                 "Simple acceptance (ILAC-G8:09/2019, 4.2.1): a value within the limits passes; its uncertainty is not taken into account."
             }
             Self::GuardBand => {
-                "Guard band w = U (ILAC-G8:09/2019, 4.2.3): a value passes if it lies within the limits by U or more, and fails if it lies beyond them by U or more. In between it passes or fails on condition."
+                "Guard band w = U (ILAC-G8:09/2019, 4.2.3): a value passes if it lies within the limits by U or more, and fails if it lies beyond them by U or more. In between the result is a conditional pass or a conditional fail."
             }
         }
     }
@@ -85,10 +85,10 @@ impl Requirement {
     fn words(&self) -> String {
         let least = self
             .at_least
-            .map(|limit| format!("at least {}", significant(limit, 4)));
+            .map(|limit| format!("at least {}", as_stated(limit, 1.0)));
         let most = self
             .at_most
-            .map(|limit| format!("at most {}", significant(limit, 4)));
+            .map(|limit| format!("at most {}", as_stated(limit, 1.0)));
         let both: Vec<String> = least.into_iter().chain(most).collect();
         both.join(", ")
     }
@@ -131,6 +131,8 @@ pub struct JudgedRequirement {
     pub direction: String,
     /// The limits, N/µm, in words.
     pub limits: String,
+    /// The stiffness with its uncertainty, as in the results.
+    pub stiffness: String,
     /// What became of it.
     pub decision: ConformityDecision,
     /// The same in words.
@@ -199,7 +201,7 @@ pub(super) fn conformity(
         let same = judged.iter().filter(|one| one.decision == decision);
         same.count()
     };
-    let counted = [
+    let decisions = [
         ConformityDecision::Pass,
         ConformityDecision::ConditionalPass,
         ConformityDecision::ConditionalFail,
@@ -207,14 +209,18 @@ pub(super) fn conformity(
         ConformityDecision::NotDecided,
     ]
     .map(|decision| (count(decision), decision.words()));
-    let parts: Vec<String> = counted
+    let parts: Vec<String> = decisions
         .iter()
         .filter(|(count, _)| *count > 0)
         .map(|(count, words)| format!("{count} {words}"))
         .collect();
     Some(ConformityStatement {
         rule: rule.sentence(),
-        sentence: format!("Requirements: {}.", parts.join(", ")),
+        sentence: format!(
+            "Of {}: {}.",
+            counted(judged.len(), "requirement"),
+            parts.join(", ")
+        ),
         requirements: judged,
     })
 }
@@ -225,12 +231,14 @@ fn judged(
     session: &PageSession,
 ) -> JudgedRequirement {
     let [value, expanded] = session.stiffness_n_per_um(&requirement.pose, &requirement.direction);
+    let cell = session.cell(&requirement.pose, &requirement.direction);
     let limits = [requirement.at_least, requirement.at_most];
     let decision = decide(rule, value, expanded, limits);
     JudgedRequirement {
         pose: requirement.pose.clone(),
         direction: requirement.direction.clone(),
         limits: requirement.words(),
+        stiffness: cell.map_or_else(|| "not measured".to_owned(), PageCell::words),
         decision,
         words: decision.words(),
     }

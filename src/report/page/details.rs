@@ -32,7 +32,7 @@ pub struct PageDetails {
     pub item: ItemDetails,
     /// How.
     pub method: MethodDetails,
-    /// When it was measured; of a session with times those are used.
+    /// When it was measured, where the session has no times.
     #[serde(deserialize_with = "text_or_date")]
     #[schemars(with = "Option<String>")]
     pub performed: Option<String>,
@@ -238,7 +238,7 @@ pub(super) fn page_items(details: &PageDetails, known: &KnownItems) -> Vec<PageI
         item("g", "identification of the item", details.item.identification.as_ref(), "item.identification"),
         item("g", "condition of the item", details.item.condition.as_ref(), "item.condition"),
         item("h", "date of receipt", details.item.received.as_ref(), "item.received"),
-        item("i", "date of performance", details.performed.as_ref().or(known.performed.as_ref()), "performed"),
+        item("i", "date of performance", known.performed.as_ref().or(details.performed.as_ref()), "performed"),
         item("j", "date of issue", known.issued.as_ref(), "--issued DATE"),
         item("k", "sampling", details.method.sampling.as_ref(), "method.sampling"),
         item("n", "deviations from the method", details.method.deviations.as_ref().or(known.deviations.as_ref()), "method.deviations"),

@@ -17,6 +17,22 @@ pub enum ReportError {
         /// What is wrong.
         problem: String,
     },
+    /// Details that state something else than a session.
+    #[error("`{key}` states {stated}, but the readings were taken on {known}")]
+    #[diagnostic(
+        code(stiffbench::report::contradiction),
+        help(
+            "correct the day; leave `performed` out where the session has times: the report takes its days from them"
+        )
+    )]
+    Contradiction {
+        /// The key of the details.
+        key: &'static str,
+        /// What it states.
+        stated: String,
+        /// The days of the readings.
+        known: String,
+    },
     /// A template that cannot be rendered.
     #[error("{place}: {problem}")]
     #[diagnostic(

@@ -7,7 +7,7 @@ use crate::stiffness::StiffnessTable;
 
 use super::PageFigure;
 use super::packed::lean;
-use super::results::stiffness_words;
+use super::results::PageCell;
 
 /// Figures of a diagnosis that a report has, by the beginning of their names, the most important first.
 const OF_DIAGNOSIS: [&str; 8] = [
@@ -22,11 +22,22 @@ const OF_DIAGNOSIS: [&str; 8] = [
 ];
 
 pub(super) fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
+    let svg = lean(&figure.to_svg());
     PageFigure {
         name: name.into(),
         title: figure.title.clone(),
-        svg: lean(&figure.to_svg()),
+        tall: is_tall(&svg),
+        svg,
     }
+}
+
+/// Whether a drawing is higher than wide.
+fn is_tall(svg: &str) -> bool {
+    let side = |name: &str| {
+        let (_, value) = svg.split_once(&format!(" {name}=\""))?;
+        value.split('"').next()?.parse::<f64>().ok()
+    };
+    side("height") > side("width")
 }
 
 /// Load against displacement; with the stiffness of each cell in its panel where the session is one.
@@ -41,10 +52,10 @@ pub(super) fn readings_figure(sessions: &[(&str, &StiffnessTable)]) -> PageFigur
             });
             if let Some(row) = cell {
                 panel.title = format!(
-                    "{} {}: {} N/µm",
+                    "{} {}: {}",
                     row.cell.pose,
                     row.cell.direction,
-                    stiffness_words(row)
+                    PageCell::from(row).words()
                 );
             }
         }

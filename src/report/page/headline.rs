@@ -4,6 +4,7 @@ use indexmap::{IndexMap, IndexSet};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::count::counted;
 use crate::fit::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
@@ -14,9 +15,9 @@ use crate::report::{
     significant,
 };
 
-use super::ReportPage;
 use super::results::PageCell;
 use super::session::PageSession;
+use super::{PageFit, ReportPage};
 
 /// So many cells are named one by one.
 const FEW_CELLS: usize = 3;
@@ -32,9 +33,11 @@ const NAME_A_ROBOT: &str = "To fit a model and find what it leaves out, name the
 pub struct PageHeadline {
     /// Stiffness with its expanded uncertainty and k.
     pub stiffness: Vec<String>,
+    /// What puts a stiffness in doubt.
+    pub warnings: Vec<String>,
     /// The verdict on the model, or of the comparison.
     pub verdict: Option<String>,
-    /// Where nothing was found, what would have been.
+    /// Where nothing was found, what would have been, from the best to the worst place, and how many places could not be tested.
     pub limit: Option<String>,
     /// By how much what is named improves the model in poses left out of the fit.
     pub improvement: Option<String>,
@@ -53,14 +56,19 @@ impl ReportPage {
         let several = self.sessions.len() > 1;
         let of_cells =
             |session: &&PageSession| session.load_cases.is_none() || !session.results.is_empty();
-        let stiffness = self.sessions.iter().filter(of_cells).map(|session| {
-            let name = if several {
-                format!("{}: ", session.name)
+        let named_as = |session: &PageSession, words: String| {
+            if several {
+                format!("{}: {words}", session.name)
             } else {
-                String::new()
-            };
-            name + &stiffness(&session.results)
-        });
+                words
+            }
+        };
+        let stiffness = self.sessions.iter().filter(of_cells);
+        let stiffness =
+            stiffness.map(|session| named_as(session, stiffness_words(&session.results)));
+        let warnings = self.sessions.iter();
+        let warnings =
+            warnings.filter_map(|session| Some(named_as(session, doubt(&session.results)?)));
         let found = diagnosis.and_then(|one| named(&one.numbers));
         let springs = match (found, fit.map(|fit| &fit.numbers)) {
             (Some(found), _) => {
@@ -74,12 +82,13 @@ impl ReportPage {
         let comparison = self.comparison.as_ref();
         PageHeadline {
             stiffness: stiffness.chain(springs).collect(),
+            warnings: warnings.collect(),
             verdict: comparison
                 .map(|comparison| comparison.verdict.clone())
                 .or(verdict),
             limit: diagnosis.and_then(|one| limit(&one.numbers)),
             improvement: diagnosis.and_then(|one| improvement(&one.numbers)),
-            validation: fit.and_then(|fit| fit.validation.clone()),
+            validation: fit.and_then(validation),
             conformity: (self.conformity.as_ref()).map(|one| one.sentence.clone()),
             next: self.next(),
         }
@@ -115,33 +124,64 @@ impl ReportPage {
     }
 }
 
-fn stiffness(cells: &[PageCell]) -> String {
+fn stiffness_words(cells: &[PageCell]) -> String {
     let known: Vec<&PageCell> = cells.iter().filter(|cell| value(cell).is_some()).collect();
-    if known.is_empty() {
-        return "No stiffness can be given.".to_owned();
-    }
-    let doubt = known.iter().find_map(|cell| {
-        let reason = cell.reason.as_ref().filter(|_| cell.percent != "–")?;
-        Some(format!(" {} {} is {reason}.", cell.pose, cell.direction))
-    });
-    let doubt = doubt.unwrap_or_default();
-    if known.len() <= FEW_CELLS {
-        let each: Vec<String> = known.iter().map(|cell| words(cell)).collect();
-        return format!("K = {}.{doubt}", each.join("; K = "));
-    }
     let by_value = |a: &&&PageCell, b: &&&PageCell| {
         let [a, b] = [a, b].map(|cell| value(cell).unwrap_or(f64::NAN));
         a.total_cmp(&b)
     };
-    let ends = [known.iter().min_by(by_value), known.iter().max_by(by_value)];
-    let [low, high] = ends.map(|cell| cell.map_or_else(String::new, |cell| words(cell)));
-    format!(
-        "{} poses and directions. Smallest: K = {low}. Largest: K = {high}.{doubt}",
-        known.len()
-    )
+    let ends = known
+        .iter()
+        .min_by(by_value)
+        .zip(known.iter().max_by(by_value));
+    match ends {
+        None => "No stiffness can be given.".to_owned(),
+        Some(_) if known.len() <= FEW_CELLS => {
+            let each: Vec<String> = known.iter().map(|cell| words(cell)).collect();
+            format!("K = {}.", each.join("; K = "))
+        }
+        Some((low, high)) => format!(
+            "{} poses and directions. Smallest: K = {}. Largest: K = {}.",
+            known.len(),
+            words(low),
+            words(high)
+        ),
+    }
 }
 
-/// The springs that were determined, with the intervals of their stiffness, a line for each unit.
+/// The first cell whose stiffness is in doubt, with the reason, and how many others are.
+fn doubt(cells: &[PageCell]) -> Option<String> {
+    let doubtful = || {
+        cells
+            .iter()
+            .filter(|cell| value(cell).is_some() && cell.reason.is_some())
+    };
+    let first = doubtful().next()?;
+    let reason = first.reason.as_deref().unwrap_or_default();
+    let others = match doubtful().count() - 1 {
+        0 => String::new(),
+        others => format!(" So are {others} others: the results name them."),
+    };
+    Some(format!(
+        "{} {} is {reason}.{others}",
+        first.pose, first.direction
+    ))
+}
+
+/// How well the fitted model predicts; of a fit with as many parameters as values nothing is known of that.
+fn validation(fit: &PageFit) -> Option<String> {
+    if fit.numbers.dof == Some(0)
+        && fit
+            .numbers
+            .cells
+            .iter()
+            .all(|cell| !cell.held_out && cell.predicted_without_its_pose.is_none())
+    {
+        return Some("The fit has as many parameters as measured values: it meets them all, and how well the model predicts is not known.".to_owned());
+    }
+    fit.validation.clone()
+}
+
 /// A diagnosis that names what is missing, if it can be relied on: what is named beside an open question, or weakly, is none.
 fn named(diagnosis: &DiagnosisResult) -> Option<&DiagnosisSummary> {
     let DiagnosisResult::Session(one) = diagnosis else {
@@ -184,10 +224,13 @@ fn of_fit(parameters: &[ParameterReport]) -> Vec<String> {
     springs(parameters.iter().map(SpringLine::of_fit), ",")
 }
 
+/// The springs that were determined, with the intervals of their stiffness, a line for each unit, and the names of the others.
+///
 /// # Arguments
 /// - `with`: what stands behind the unit.
 fn springs<'r>(parameters: impl Iterator<Item = SpringLine<'r>>, with: &str) -> Vec<String> {
     let mut lines: IndexMap<&str, Vec<String>> = IndexMap::new();
+    let mut open = Vec::new();
     for SpringLine {
         name,
         unit,
@@ -204,6 +247,7 @@ fn springs<'r>(parameters: impl Iterator<Item = SpringLine<'r>>, with: &str) -> 
             (compliance > 0.0).then(|| significant(1.0 / (compliance * scale), 3))
         };
         let (Some(stiffness), Some([low, high])) = (compliance.and_then(inverse), ci95) else {
+            open.push(name);
             continue;
         };
         let low_end = inverse(high).unwrap_or_else(|| "0".to_owned());
@@ -214,18 +258,22 @@ fn springs<'r>(parameters: impl Iterator<Item = SpringLine<'r>>, with: &str) -> 
             .or_default()
             .push(spring.replace(' ', "\u{a0}"));
     }
-    let lines = lines.iter();
-    lines
-        .map(|(unit, springs)| {
-            format!(
-                "K in {unit}{with} with 95 % intervals: {}.",
-                springs.join("; ")
-            )
-        })
-        .collect()
+    let lines = lines.iter().map(|(unit, springs)| {
+        format!(
+            "Springs in {unit}{with} with 95 % intervals: {}.",
+            springs.join("; ")
+        )
+    });
+    let open = (!open.is_empty()).then(|| {
+        format!(
+            "Springs that the readings do not determine: {}.",
+            open.join(", ")
+        )
+    });
+    lines.chain(open).collect()
 }
 
-/// From what size on laws of joints and base would have been found, each where it is seen best; `None` where something was found.
+/// Sizes at which laws of joints and base would have been found, from the best to the worst place; `None` where something was found.
 fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
     let DiagnosisResult::Session(one) = diagnosis else {
         return None;
@@ -233,28 +281,47 @@ fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
     if one.verdict != Verdict::NothingMissing {
         return None;
     }
-    let mut best: IndexMap<&str, f64> = IndexMap::new();
     let of_robot = one.detection_limits.iter().filter(|limit| {
         let place = limit.physics.place_kind;
         limit.physics.kind == LawKind::Physics
             && matches!(place, PlaceKind::Joint | PlaceKind::Axis)
     });
+    let mut laws: IndexMap<&str, (Vec<f64>, usize)> = IndexMap::new();
     for limit in of_robot {
-        let Some(end_um) = limit.seen.as_ref().and_then(|seen| seen.end_effect_um) else {
-            continue;
-        };
-        let known = best.entry(limit.physics.row).or_insert(end_um);
-        *known = known.min(end_um);
+        let (found, untested) = laws.entry(limit.physics.row).or_default();
+        match limit.seen.as_ref().and_then(|seen| seen.end_effect_um) {
+            Some(um) => found.push(um),
+            None => *untested += 1,
+        }
     }
-    best.sort_by(|_, a, _, b| a.total_cmp(b));
-    let words = |(law, um): (&&str, &f64)| format!("{law} {}\u{a0}µm", significant(*um, 2));
-    let each: Vec<String> = best.iter().map(words).collect();
+    let ends = |(law, (found, untested)): (&'static str, (Vec<f64>, usize))| {
+        let end = |of: fn(f64, f64) -> f64| found.iter().copied().reduce(of);
+        Some((end(f64::min)?, end(f64::max)?, law, untested))
+    };
+    let mut laws: Vec<_> = laws.into_iter().filter_map(ends).collect();
+    laws.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let each: Vec<String> = laws.into_iter().map(limit_words).collect();
     (!each.is_empty()).then(|| {
         format!(
-            "It would have shown effects of these sizes at the end of the robot, in four sessions of five: {}. Smaller ones may be there.",
-            each.join(", ")
+            "Effects of these sizes at the end of the robot would have been found in four sessions of five, from the best place to the worst: {}. Smaller ones may be there.",
+            each.join("; ")
         )
     })
+}
+
+/// Sizes from the best place to the worst, and places that could not be tested.
+fn limit_words((best, worst, law, untested): (f64, f64, &str, usize)) -> String {
+    let [best, worst] = [best, worst].map(|um| significant(um, 2));
+    let sizes = if best == worst {
+        best
+    } else {
+        format!("{best} to {worst}")
+    };
+    let untested = match untested {
+        0 => String::new(),
+        count => format!(" ({} could not be tested)", counted(count, "place")),
+    };
+    format!("{law} {sizes}\u{a0}µm{untested}")
 }
 
 /// What is named against the model without it, in poses that neither was fitted to.
@@ -291,16 +358,10 @@ fn value(cell: &PageCell) -> Option<f64> {
 
 fn words(cell: &PageCell) -> String {
     let PageCell {
-        pose,
-        direction,
-        stiffness,
-        expanded,
-        k,
-        ..
+        pose, direction, k, ..
     } = cell;
     if cell.percent == "–" {
-        return format!("{stiffness} N/µm without an uncertainty ({pose} {direction})");
+        return format!("{} ({pose} {direction})", cell.words());
     }
-    // No line ends between a number and its unit.
-    format!("({stiffness} ± {expanded})\u{a0}N/µm, k\u{a0}=\u{a0}{k} ({pose} {direction})")
+    format!("{}, k\u{a0}=\u{a0}{k} ({pose} {direction})", cell.words())
 }

@@ -9,10 +9,13 @@ mod conformity;
 mod details;
 mod error;
 mod figures;
+mod first_page;
 mod headline;
 mod map;
 mod model;
 mod packed;
+mod places;
+mod procedure;
 mod results;
 mod session;
 mod source;
@@ -116,6 +119,8 @@ pub struct PageFigure {
     pub name: String,
     /// What it shows.
     pub title: String,
+    /// Whether it is higher than wide, so that it needs most of a printed page.
+    pub tall: bool,
     /// Its SVG; in JSON deflated (zlib) and in base64. A template gets the SVG itself.
     #[serde(serialize_with = "packed::pack")]
     pub svg: String,
@@ -191,9 +196,15 @@ pub struct ReportPage {
     /// Words across the page: what a reader must not overlook.
     pub marks: Vec<&'static str>,
     /// What each of them means, in a sentence.
-    pub mark_sentences: Vec<&'static str>,
+    pub mark_sentences: Vec<String>,
     /// The answer.
     pub headline: PageHeadline,
+    /// What stands beside the answer: item, days, procedure, conditions, calibration and decision rule.
+    pub beside_answer: Vec<PageEntry>,
+    /// What the symbols of the report mean.
+    pub definitions: Vec<String>,
+    /// Who signs: the part that each had, and the name as far as it is stated.
+    pub signatures: Vec<PageEntry>,
     /// Items of ISO/IEC 17025:2017, 7.8.2.1.
     pub items: Vec<PageItem>,
     /// The statement of conformity, if a rule and requirements are stated.
@@ -206,6 +217,8 @@ pub struct ReportPage {
     pub model: Option<PageModel>,
     /// The fit.
     pub fit: Option<PageFit>,
+    /// Where its stiffness and factors are not those of the results and of the diagnosis, and why.
+    pub about_fit: Vec<String>,
     /// The stiffness of the fitted model over the workspace.
     pub map: Option<PageMap>,
     /// The diagnosis.
@@ -218,6 +231,8 @@ pub struct ReportPage {
     pub settings: PageSettings,
     /// The program.
     pub program: PageProgram,
+    /// Every place at which each law was looked for.
+    pub places: Vec<PageEntry>,
 }
 
 impl ReportPage {

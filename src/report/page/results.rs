@@ -4,7 +4,6 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::stiffness::dof_with_k;
 use crate::report::text::value_and_u;
 use crate::report::{VectorStiffnessCell, significant};
 use crate::reported::Reported;
@@ -81,17 +80,6 @@ fn reported(cell: &CellStiffness) -> Reported {
     }
 }
 
-/// The stiffness of a cell in words: `0.01049 ± 0.00012`.
-pub(super) fn stiffness_words(cell: &CellStiffness) -> String {
-    let found = reported(cell);
-    let [value, u] = value_and_u([found.value, found.expanded_uncertainty], 5, NONE);
-    match found.value {
-        None => "no stiffness".to_owned(),
-        Some(_) if u == NONE => value,
-        Some(_) => format!("{value} ± {u}"),
-    }
-}
-
 impl From<&CellStiffness> for PageCell {
     fn from(cell: &CellStiffness) -> Self {
         let found = cell.by(Method::Regression);
@@ -118,8 +106,17 @@ impl From<&CellStiffness> for PageCell {
     }
 }
 
+/// Degrees of freedom, rounded down to whole ones (GUM, G.4.1).
 fn dof_words(dof: f64) -> String {
-    dof_with_k(dof).unwrap_or_else(|| "∞".to_owned())
+    // Student's k for 95 % is then within 0.0003 of that of the normal distribution.
+    const INFINITE: f64 = 1e4;
+    // Sums leave a whole number off by their rounding.
+    let whole = (dof * (1.0 + 1e-9)).floor();
+    if whole < INFINITE {
+        format!("{whole:.0}")
+    } else {
+        "∞".to_owned()
+    }
 }
 
 impl From<&VectorStiffnessCell> for PageCell {
@@ -134,6 +131,21 @@ impl From<&VectorStiffnessCell> for PageCell {
 }
 
 impl PageCell {
+    /// The stiffness with its uncertainty and unit.
+    pub(super) fn words(&self) -> String {
+        let Self {
+            stiffness,
+            expanded,
+            ..
+        } = self;
+        // No line ends between a number and its unit.
+        match (stiffness.as_str(), expanded.as_str()) {
+            (NONE, _) => "no stiffness".to_owned(),
+            (_, NONE) => format!("{stiffness}\u{a0}N/µm without an uncertainty"),
+            _ => format!("({stiffness} ± {expanded})\u{a0}N/µm"),
+        }
+    }
+
     /// A stiffness as printed, without the names of its cell.
     fn of(found: &Reported) -> Self {
         let none = || NONE.to_owned();
@@ -218,5 +230,23 @@ fn use_words(standing: RowUse) -> &'static str {
         RowUse::InRepeatability => "shows in the repeatability, counted there",
         RowUse::NotStated => "not stated, not in U",
         RowUse::NoEffect => "no effect on K by regression",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degrees_of_freedom_are_whole_or_infinite() {
+        for (dof, words) in [
+            (4.0 - 1e-12, "4"),
+            (2.174, "2"),
+            (11.9, "11"),
+            (741_710.9, "∞"),
+            (f64::INFINITY, "∞"),
+        ] {
+            assert_eq!(dof_words(dof), words);
+        }
     }
 }

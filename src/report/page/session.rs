@@ -18,8 +18,13 @@ use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
 
 use super::blocks::for_a_page;
+use super::first_page::about;
+use super::procedure::as_done;
 use super::results::{PageBudget, PageCell};
 use crate::count::counted;
+
+/// What stands where nothing is recorded.
+pub(super) const NOT_RECORDED: &str = "not recorded";
 
 /// A word with its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -77,6 +82,10 @@ pub struct PageSession {
     pub protected: bool,
     /// Days of the measurement.
     pub performed: Option<String>,
+    /// The procedure as it was done.
+    pub procedure: Option<String>,
+    /// How many readings or load cases there are, and of how many that were planned.
+    pub about: String,
     /// Number of readings that count.
     pub readings: usize,
     /// Number of load cases; `null` of readings along the load.
@@ -117,6 +126,12 @@ impl PageSession {
         let history = session.history()?;
         let mut page = without_results(session, history.as_ref(), &utc, &temperatures)?;
         page.readings = readings().filter(|one| one.is_accepted()).count();
+        let record = session
+            .header
+            .as_ref()
+            .and_then(|one| one.procedure.as_ref());
+        page.procedure = as_done(record, &session.table);
+        page.about = about([page.readings, 0], planned(history.as_ref()));
         if session.table.is_of_vectors() && !session.table.is_of_one_gauge() {
             let stiffness = session.compliances(Branches::LoadingOnly);
             let report = VectorStiffnessReport::new(&stiffness, session.procedure());
@@ -137,9 +152,11 @@ impl PageSession {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn of_load_cases(loaded: &LoadedLoadCases) -> Result<Self, AnalysisError> {
+        let (history, cases) = (loaded.history()?, loaded.table.cases.len());
         Ok(PageSession {
-            load_cases: Some(loaded.table.cases.len()),
-            ..without_results(loaded, loaded.history()?.as_ref(), &[], &[])?
+            load_cases: Some(cases),
+            about: about([0, cases], planned(history.as_ref())),
+            ..without_results(loaded, history.as_ref(), &[], &[])?
         })
     }
 
@@ -171,14 +188,17 @@ impl PageSession {
         performed.rsplit(" to ").next()
     }
 
-    /// The procedure that was followed.
-    #[must_use]
-    pub fn method(&self) -> Option<String> {
-        let procedure = self
-            .conditions
-            .iter()
-            .find(|entry| entry.name == "procedure");
-        procedure.map(|entry| entry.value.clone())
+    /// The stiffness of a pose and direction as printed.
+    pub(super) fn cell(&self, pose: &str, direction: &str) -> Option<&PageCell> {
+        let mut cells = self.results.iter();
+        cells.find(|cell| cell.pose == pose && cell.direction == direction)
+    }
+
+    /// What is recorded under a name.
+    pub(super) fn condition(&self, name: &str) -> Option<String> {
+        let mut entries = self.conditions.iter();
+        let entry = entries.find(|entry| entry.name == name)?;
+        Some(entry.value.clone())
     }
 }
 
@@ -207,6 +227,8 @@ fn without_results<T>(
                 format!("{first} to {last}")
             }
         }),
+        procedure: None,
+        about: String::new(),
         readings: 0,
         load_cases: None,
         imported: header.is_some_and(|header| header.import.is_some()),
@@ -251,7 +273,10 @@ fn conditions(
     if let Some(header) = header {
         let procedure = header.procedure.as_ref();
         add("procedure", procedure.and_then(|one| one.name.clone()));
-        add("what it does", procedure.and_then(|one| one.text.clone()));
+        add(
+            "text of the procedure",
+            procedure.and_then(|one| one.text.clone()),
+        );
         let started = history.and_then(|history| history.state.started.as_ref());
         add(
             "SHA-256 of the procedure",
@@ -313,17 +338,28 @@ fn conditions(
     entries
 }
 
+/// Readings that were taken, and that were planned, as a journal has them.
+fn planned(history: Option<&SessionHistory>) -> Option<(u32, u32)> {
+    let ended = history?.state.ended.as_ref()?;
+    Some((ended.accepted, ended.planned))
+}
+
+/// A number in its unit with the digits that somebody stated.
+pub(super) fn as_stated(si: f64, unit: f64) -> String {
+    // What was stated in another unit is off in its last binary digits.
+    let rounded = format!("{:.12e}", si / unit).parse::<f64>();
+    rounded.unwrap_or(si / unit).to_string()
+}
+
 fn page_gauge(name: &str, record: &InstrumentRecord, overdue: &[OverdueGauge]) -> PageGauge {
-    let none = || "not recorded".to_owned();
+    let none = || NOT_RECORDED.to_owned();
     let (unit, scale) = if name == "force gauge" {
         ("N", 1.0)
     } else {
         ("µm", METRES_PER_MICROMETRE)
     };
     let quantity = |value: Option<f64>| {
-        value.map_or_else(none, |value| {
-            format!("{} {unit}", significant(value / scale, 4))
-        })
+        value.map_or_else(none, |value| format!("{} {unit}", as_stated(value, scale)))
     };
     let text = |value: Option<&String>| value.cloned().unwrap_or_else(none);
     let date = |value: Option<jiff::civil::Date>| value.map_or_else(none, |date| date.to_string());
@@ -338,8 +374,9 @@ fn page_gauge(name: &str, record: &InstrumentRecord, overdue: &[OverdueGauge]) -
             (stated, None) => quantity(stated),
             (stated, Some(k)) if is_factor_of_limits(k) => {
                 let limits = quantity(stated);
-                let u = quantity(record.standard_uncertainty());
-                format!("limits ±{limits}, rectangular (u = {u})")
+                let u = record.standard_uncertainty();
+                let u = u.map_or_else(none, |u| significant(u / scale, 2));
+                format!("limits ±{limits}, rectangular (u = {u} {unit})")
             }
             (stated, Some(k)) => format!("{} (k = {k})", quantity(stated)),
         },
@@ -404,4 +441,20 @@ fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> 
         all.extend(history.incidents.iter().cloned());
     }
     all.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_certificate_keeps_its_digits() {
+        assert_eq!(as_stated(0.15, 1.0), "0.15");
+        assert_eq!(as_stated(100.0, 1.0), "100");
+        assert_eq!(
+            as_stated(1.2 * METRES_PER_MICROMETRE, METRES_PER_MICROMETRE),
+            "1.2"
+        );
+        assert_eq!(as_stated(0.0099, 1.0), "0.0099");
+    }
 }

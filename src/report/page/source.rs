@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::analysis::{AnalysisError, Data, Inputs, LoadedSession, OpenSettings, SessionTable};
 use crate::stiffness::{Branches, StiffnessTable};
 
-use super::session::PageSession;
+use super::session::{PageGauge, PageSession};
 
 /// The data of a report, opened.
 #[derive(Debug)]
@@ -91,15 +91,22 @@ impl PageSource {
     /// Gauges whose calibration had run out when they were used.
     #[must_use]
     pub fn overdue(&self) -> Vec<String> {
+        let several = self.parts.len() > 1;
         let gauges = self.parts.iter().flat_map(|part| {
             let overdue = part.gauges.iter().filter(|gauge| gauge.overdue);
-            overdue.map(|gauge| format!("{} of {} (due {})", gauge.name, part.name, gauge.due))
+            overdue.map(move |PageGauge { name, due, .. }| {
+                if several {
+                    format!("{name} of {} (due {due})", part.name)
+                } else {
+                    format!("{name} (due {due})")
+                }
+            })
         });
         gauges.collect()
     }
 
     /// What a reader must not overlook, each with a sentence.
-    pub(super) fn marks(&self) -> Vec<(&'static str, &'static str)> {
+    pub(super) fn marks(&self) -> Vec<(&'static str, String)> {
         let any = |holds: &dyn Fn(&PageSession) -> bool| self.parts.iter().any(holds);
         let origin = |word: &str| {
             any(&|part| {
@@ -140,7 +147,16 @@ impl PageSource {
             ),
         ];
         let true_ones = marks.into_iter().filter(|(is_true, ..)| *is_true);
-        true_ones.map(|(_, mark, words)| (mark, words)).collect()
+        let marks = true_ones.map(|(_, mark, words)| (mark, words.to_owned()));
+        let overdue = self.overdue();
+        let overdue = (!overdue.is_empty()).then(|| {
+            let words = format!(
+                "The calibration had run out when the readings were taken, and U relies on it: {}.",
+                overdue.join(", ")
+            );
+            ("CALIBRATION OVERDUE", words)
+        });
+        marks.chain(overdue).collect()
     }
 }
 
