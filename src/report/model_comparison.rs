@@ -83,7 +83,7 @@ impl<'a> ComparedFit<'a> {
     pub fn new(name: &str, data: &'a Value, inputs: &'a Value) -> Result<Self, &'static str> {
         let cells = data["cells"]
             .as_array()
-            .ok_or("it is no fit of stiffness values")?;
+            .ok_or("it is not a fit of stiffness values")?;
         let squares = data["reduced_chi2"].as_f64().zip(data["dof"].as_f64());
         let (reduced, dof) = squares
             .ok_or("it has no degrees of freedom left, or was made by the paper's procedure")?;
@@ -120,13 +120,13 @@ impl<'a> ComparedFit<'a> {
             .iter()
             .all(|same| *same)
         {
-            return Some("its cells, or their measured stiffness, are others");
+            return Some("its cells or their measured stiffness differ");
         }
         if !same_of("held_out") {
             return Some("it was fitted to other poses");
         }
         if self.data["sigma"] != other.data["sigma"] || !same_of("ln_uncertainty") {
-            return Some("it weighs the cells otherwise");
+            return Some("it weights the cells differently");
         }
         None
     }
@@ -356,7 +356,7 @@ mod tests {
         assert!((known.aicc().unwrap() - (4.0 + 4.0 + 12.0 / 7.0)).abs() < 1e-12);
         assert_eq!(
             known.differs_from(&fits[0]),
-            Some("it weighs the cells otherwise")
+            Some("it weights the cells differently")
         );
     }
 
