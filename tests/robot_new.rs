@@ -347,7 +347,7 @@ fn urdfs_with_oddities_are_imported_with_a_note() {
         ("<limit lower=\"-1\" upper=\"1\"/>", "<limit lower=\"-1e16\" upper=\"1e16\"/>", "joint `j1` has no limits"),
         ("<limit lower=\"-1\" upper=\"1\"/>", "<limit effort=\"3\"/>", "joint `j1` has no limits"),
         ("<limit lower=\"-1\" upper=\"1\"/>", "<limit lower=\"2\" upper=\"1\"/>", "joint `j1` has a lower limit of 2 above its upper limit of 1: -180 to 180 degrees were taken"),
-        ("</joint>", "<mimic joint=\"gone\"/></joint>", "joint `j1` follows joint `gone`, which is no joint of this file: it has a variable of its own"),
+        ("</joint>", "<mimic joint=\"gone\"/></joint>", "joint `j1` follows joint `gone`, which is not a joint of this file: it has a variable of its own"),
         ("</joint>", "<mimic joint=\"j0\"/></joint><link name=\"c\"/><joint name=\"j0\" type=\"fixed\"><parent link=\"b\"/><child link=\"c\"/></joint>", "joint `j1` follows joint `j0`, which has no variable"),
         ("<link name=\"b\"/>", "<link name=\"b\"><visual><geometry><mesh filename=\"package://nowhere/b.stl\"/></geometry></visual></link>", "arm.urdf:2: link `b`: its mesh package://nowhere/b.stl is not there; meshes have no part in stiffness"),
     ];

@@ -271,7 +271,7 @@ impl<'a> ExpressionParser<'a> {
         let mut gradient = vec![0.0; self.estimates.len()];
         if is_number {
             let value = word.parse();
-            let value = value.map_err(|_| (format!("`{word}` is no number"), None))?;
+            let value = value.map_err(|_| (format!("`{word}` is not a number"), None))?;
             return Ok(Differentiated { value, gradient });
         }
         let names = || self.estimates.iter().map(|estimate| estimate.name.as_str());
@@ -283,7 +283,10 @@ impl<'a> ExpressionParser<'a> {
                     names().collect::<Vec<_>>().join(", ")
                 ),
             };
-            return Err((format!("`{word}` is no parameter of the fit"), Some(help)));
+            return Err((
+                format!("`{word}` is not a parameter of the fit"),
+                Some(help),
+            ));
         };
         gradient[place] = 1.0;
         let estimate = &self.estimates[place];
@@ -385,9 +388,9 @@ mod tests {
             ("(beam.Iy", "not closed"),
             ("beam.Iy)", "`)` was not expected"),
             ("beam.Iy 2", "`2` was not expected"),
-            ("1.2.3", "is no number"),
+            ("1.2.3", "is not a number"),
             ("", "NAME=EXPRESSION"),
-            ("1+", "is no parameter"),
+            ("1+", "is not a parameter"),
         ] {
             let error = of(expression).unwrap_err();
             let text = format!("{error} {}", error.help.as_deref().unwrap_or_default());

@@ -490,8 +490,7 @@ fn shifted(shift_m: f64) -> String {
 fn far_but_not_rare(reading: &BadReading) -> String {
     let off_m = reading.value_m - reading.expected_m;
     format!(
-        "line {}: {} {}, repeat {}, step {} is {:.2} um off its repeats, as readings with such tails are in some sessions (p = {:.2}): it is not \
-         called bad, and the search left it out, since two opposite slips would stand for it",
+        "line {}: {} {}, repeat {}, step {} is {:.2} um off its repeats, which happens in some sessions with such long-tailed errors (p = {:.2}): it is not called bad, but the search left it out, because it would take two opposite slips for it",
         reading.line,
         reading.pose,
         reading.direction,
@@ -573,8 +572,7 @@ fn recorded_noise(
     let given = given_noise(baseline, observations, recorded)?;
     if given.seen_sd_m > RECORD_TOO_GOOD * sd_m {
         warnings.push(format!(
-            "single readings scatter with {:.2} um, the records of the instruments allow {:.2} um: scatter that the records do not know of \
-             is taken for missing physics; --noise estimated does not do that",
+            "single readings scatter by {:.2} um, the instrument records allow {:.2} um: the excess scatter is taken for missing physics; --noise estimated avoids that",
             given.seen_sd_m * 1e6,
             sd_m * 1e6
         ));

@@ -115,7 +115,7 @@ pub(super) fn pooled_noise(
         let used = own.as_ref().is_none_or(|own| noise.is_like(own));
         if !used {
             warnings.push(format!(
-                "{name} scatters otherwise than this session (p = {chance:.1e}) and is left out: what was changed on the bench since?"
+                "{name} has a different scatter than this session (p = {chance:.1e}) and is left out: what was changed on the bench since?"
             ));
         }
         sessions.push(EarlierSession {
@@ -145,7 +145,7 @@ fn is_same<T, U>(session: &SessionTable<T>, other: &SessionTable<U>) -> bool {
 fn counted_twice(session: &LoadedSession) -> ArgumentError {
     ArgumentError::new(
         format!("--earlier {}", session.name),
-        "this session is there already: its scatter would count twice",
+        "this session is given already: its scatter would count twice",
         "name other sessions of the same bench",
     )
 }

@@ -93,7 +93,7 @@ pub enum BootstrapOver {
     /// Applications of the load sequence within their cell: scatter from run to run
     #[default]
     Runs,
-    /// Whole cells (pose and direction): also what the model leaves from cell to cell
+    /// Whole cells (pose and direction): also the misfit of the model from cell to cell
     Cells,
 }
 
@@ -106,13 +106,13 @@ pub struct FitSettings {
     pub choice: Option<ParameterChoice>,
     /// Where the standard deviation of the residuals comes from; `None`: from the data's uncertainties if they have any.
     pub sigma: Option<SigmaMode>,
-    /// Replicates of the bootstrap; 0: none.
+    /// Number of bootstrap replicates; 0: none.
     pub bootstrap: usize,
     /// What the bootstrap resamples.
     pub bootstrap_over: BootstrapOver,
-    /// Look for a lower minimum with a particle swarm and a simplex.
+    /// Search for a lower minimum with a particle swarm and a simplex.
     pub global_search: bool,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
@@ -397,7 +397,7 @@ impl FitData {
             if !self.measured.across.is_empty() {
                 return ArgumentError::refuse(
                     "--bootstrap",
-                    "it draws stiffnesses along the load again, and the data have displacements along other axes",
+                    "it resamples stiffnesses along the load, and the data have displacements along other axes",
                     "leave it out: the intervals allow for what the gauges have in common",
                 );
             }
@@ -550,7 +550,7 @@ impl FitData {
                     weights.len(),
                     poses.len()
                 ),
-                "give one weight a pose, in the order of --train",
+                "give one weight per pose, in the order of --train",
             );
         }
         let source = match (&settings.reference, self.model.robot.factors.get("s_fsd")) {
@@ -638,7 +638,7 @@ fn reduced(session: &LoadedSession, method: Method) -> Result<ReducedSession, An
     let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
     if flags > 0 {
         warnings.push(format!(
-            "{} on the readings; `stiffbench stiffness` prints what they say. Nothing was removed.",
+            "{} on the readings; `stiffbench stiffness` prints them. Nothing was removed.",
             counted(flags, "flag")
         ));
     }

@@ -144,7 +144,7 @@ impl JournalCheck {
         }
         if !table.behind.is_empty() {
             warnings.push(format!(
-                "the session was broken off before the table had its last {}: stiffbench session resume or recover writes what lacks",
+                "the session was interrupted before the table had its last {}: stiffbench session resume or recover adds what is missing",
                 counted(table.behind.len(), "reading")
             ));
         }

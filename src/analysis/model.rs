@@ -254,7 +254,7 @@ pub(super) fn resolve_beside(
         }
         if other_file {
             warnings.push(format!(
-                "{} is not the robot file of the session (its SHA-256 differs); it was named and is used",
+                "{} is not the robot file of the session (its SHA-256 differs); it is used because you named it",
                 source.name
             ));
         }

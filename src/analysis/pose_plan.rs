@@ -1,6 +1,7 @@
 //! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
 //! determine what is open.
 
+use crate::count::hours_and_minutes;
 use crate::fit::{BestPoses, PlannedLoadCase, PoseRules, best_poses};
 use crate::load_cases::{LoadAxes, LoadCase, LoadCaseTable};
 use crate::parameters::{FitRole, ParameterChoice};
@@ -124,7 +125,8 @@ pub(super) fn procedure_of(
     state(robot, &mut procedure, &poses);
     let minutes = procedure.minutes(&Pace::default(), poses.len());
     procedure.text = Some(format!(
-        "what determines best the parameters that a fit left open; some {minutes:.0} minutes"
+        "loads that best determine the parameters that a fit left open; about {}",
+        hours_and_minutes(minutes)
     ));
     procedure
 }

@@ -48,7 +48,7 @@ pub fn check_specimen(procedure: &Procedure, specimen: Option<&str>) -> Result<(
         format!("--specimen-id {}", specimen.unwrap_or_default()).trim_end(),
         match specimen {
             Some(_) => format!("procedure {} does not list this specimen", procedure.name),
-            None => format!("procedure {} wants one of its specimens", procedure.name),
+            None => format!("procedure {} requires one of its specimens", procedure.name),
         },
         format!("{meant}it lists {}", known.join(", ")),
     ))

@@ -57,37 +57,37 @@ pub(super) struct Cli {
 /// Subcommands.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// The main job on shipped data: stiffness, fit, validation, figures in ./stiffbench-demo
+    /// Run the main job on shipped data: stiffness, fit, validation, figures in ./stiffbench-demo
     Demo(DemoArgs),
-    /// Look at a robot: show, check, compliance, workspace
+    /// Show, check and create robot files; compute compliance and workspace
     Robot(RobotArgs),
-    /// Tables of other programs to a session folder: CSV, TSV, LabVIEW, XLSX, testing machines, logs
+    /// Import tables of other programs into a session folder: CSV, TSV, LabVIEW, XLSX, testing machines, logs
     Import(Box<ImportArgs>),
-    /// Readings to stiffness with uncertainty
+    /// Compute stiffness with uncertainty from readings
     Stiffness(StiffnessArgs),
-    /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
+    /// Fit the model's factors to measured stiffness, or joint springs to force and displacement vectors
     Fit(Box<FitArgs>),
-    /// Which section constant matters in which direction (the paper's Table III)
+    /// Rank the section constants by their effect in each direction (the paper's Table III)
     Significance(SignificanceArgs),
     /// Draw one figure as SVG and PNG
     Plot(PlotArgs),
-    /// A bench in software: robot, factors and noise to a session folder
+    /// Simulate a session: write readings of a virtual robot, with noise, into a session folder
     Simulate(SimulateArgs),
-    /// Guided sessions at a bench: plan, run, resume, status, verify, recover, log
+    /// Measure at a bench in guided sessions: plan, run, resume, status, verify, recover, log
     Session(SessionArgs),
-    /// The difference of two sessions with its uncertainty
+    /// Compare two sessions: difference in stiffness with its uncertainty
     Compare(CompareArgs),
-    /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure
+    /// Find missing physics: where model and readings differ, which effect explains it, its size and the evidence
     Diagnose(Box<DiagnoseArgs>),
-    /// Answers of a part that was not measured, by the model that `diagnose --specimen` left, with a band
+    /// Predict readings from a part model, with an uncertainty band
     Predict(PredictArgs),
-    /// One document of a session and its results, to be handed on; `report verify` checks every number of one
+    /// Write a session and its results as one document; `report verify` checks every number in it
     Report(Box<ReportArgs>),
-    /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
+    /// Map the stiffness over the workspace of each mechanism: statistics, regions of high and low stiffness, the paper's Tables VII to X
     Map(MapArgs),
-    /// Readings and stiffness for other programs: CSV with a data package, XLSX, Parquet
+    /// Export readings and stiffness: CSV with a data package, XLSX, Parquet
     Export(super::export::DataExportArgs),
-    /// A model for other programs: MuJoCo, SDF, URDF, CSV, JSON
+    /// Export the model to other programs: MuJoCo, SDF, URDF, CSV, JSON
     Model(ModelCommandArgs),
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
@@ -98,19 +98,19 @@ pub(super) enum Command {
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
     Reference(MovedArgs),
-    /// Gauges: which there are, what is known of each, bytes to samples, and emulated ones
+    /// List, inspect, test and emulate gauges
     Instrument(InstrumentArgs),
-    /// Serial ports: which there are, what is on them, which gauge is bound to which
+    /// List serial ports and bind gauges to them
     Ports(PortsArgs),
-    /// Bytes of a gauge's line: recorded, shown, decoded, replayed
+    /// Record, show, decode and replay the bytes of a gauge's serial line
     Trace(TraceArgs),
-    /// Settings of files and environment variables: which are in force, and where they come from
+    /// Show the settings in force and where each comes from: configuration file, environment variable or default
     Config(super::config::ConfigArgs),
-    /// Checks of this computer before a session: ports, terminal, disk, configuration
+    /// Check this computer before a session: ports, terminal, disk, configuration
     Doctor(super::doctor::DoctorArgs),
-    /// What an error code, a law or a verdict means, and what to do
+    /// Explain an error code, a law or a verdict, and what to do
     Explain(super::explain::ExplainArgs),
-    /// Shell completions on standard output
+    /// Print shell completions
     #[command(
         after_help = "Examples:\n  stiffbench completions bash > ~/.local/share/bash-completion/completions/stiffbench\n  stiffbench completions fish > ~/.config/fish/completions/stiffbench.fish"
     )]
@@ -125,7 +125,7 @@ pub(super) enum Command {
         #[arg(value_enum)]
         of: super::complete::CompletedWord,
     },
-    /// Manual pages: one on standard output, or a file for every command
+    /// Print a manual page, or write the pages of all commands as files
     Man(super::help::ManArgs),
 }
 
@@ -141,10 +141,10 @@ pub struct ModelArgs {
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the session's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE")]
     pub factors: Option<String>,
-    /// Model with found physics, as diagnose writes it: gives robot, mechanism, factors and effects where the options above do not
+    /// Model with found physics, as diagnose writes it: supplies robot, mechanism, factors and effects that no option above names
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
+    /// Effect in addition to the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
     /// Robot of the configuration and where it stands: used where nothing else names a robot
@@ -166,16 +166,16 @@ impl ModelArgs {
 /// How a gauge's own log is read.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct LogArgs {
-    /// Pose of a gauge's own log, which does not name it
+    /// Pose of a gauge log, which does not state it
     #[arg(long)]
     pub(super) pose: Option<String>,
-    /// Direction of a gauge's own log
+    /// Direction of a gauge log
     #[arg(long)]
     pub(super) direction: Option<Direction>,
-    /// Repeat of a gauge's own log
+    /// Repeat of a gauge log
     #[arg(long, default_value_t = 1)]
     pub(super) repeat: u32,
-    /// The load of a gauge's own log pulls along the positive axis [default: it pushes against it]
+    /// The load of a gauge log pulls along the positive axis [default: it pushes against it]
     #[arg(long)]
     pub(super) positive: bool,
 }
@@ -211,12 +211,12 @@ impl LogArgs {
     after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --pose P1 --direction x"
 )]
 pub(super) struct StiffnessArgs {
-    /// Session folder, readings file, or a gauge's own log
+    /// Session folder, readings file, or gauge log
     pub(super) data: PathBuf,
-    /// Branches that count
+    /// Branches to use
     #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
     pub(super) branches: Branches,
-    /// Smallest load that counts, N, without its sign
+    /// Magnitude of the smallest load to use, N
     #[arg(
         long,
         value_name = "N",
@@ -224,7 +224,7 @@ pub(super) struct StiffnessArgs {
         hide_default_value = true
     )]
     pub(super) from_load: f64,
-    /// Largest load that counts, N, without its sign
+    /// Magnitude of the largest load to use, N
     #[arg(long, value_name = "N", default_value_t = f64::INFINITY, hide_default_value = true)]
     pub(super) to_load: f64,
     /// Print the uncertainty budget of every cell
@@ -238,7 +238,7 @@ pub(super) struct StiffnessArgs {
     pub(super) calibration: CalibrationArgs,
 }
 
-/// Way of fitting.
+/// Fitting method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum MethodArg {
     /// All training cells at once, with intervals
@@ -264,7 +264,7 @@ const SIGMAS: [OptionValue<SigmaMode>; 2] = [
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
@@ -275,10 +275,10 @@ pub(super) struct FitArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// Way of fitting
+    /// Fitting method
     #[arg(long, value_enum, default_value_t = MethodArg::LeastSquares)]
     pub(super) method: MethodArg,
-    /// Poses to fit, comma-separated; the others are held out [default: all, assessed by leaving each out in turn]
+    /// Poses to fit, comma-separated; the others are held out [default: all, validated by leaving each out in turn]
     #[arg(long, value_delimiter = ',')]
     pub(super) train: Option<Vec<String>>,
     /// Weights of the training poses in the paper's combination [default: equal]
@@ -290,31 +290,31 @@ pub(super) struct FitArgs {
     /// Which parameters of the model are free.
     #[command(flatten)]
     pub(super) parameters: ParameterArgs,
-    /// Where the standard deviation of the residuals comes from [default: known if the data tell]
+    /// Source of the standard deviation of the residuals [default: known if the data state it]
     #[arg(long, value_parser = one_of(SIGMAS))]
     pub(super) sigma: Option<SigmaMode>,
-    /// Replicates of the bootstrap
+    /// Number of bootstrap replicates
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_REPLICATES))]
     pub(super) bootstrap: usize,
     /// What the bootstrap resamples
     #[arg(long, value_enum, default_value_t = BootstrapOver::Runs, requires = "bootstrap")]
     pub(super) bootstrap_over: BootstrapOver,
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Look for a lower minimum with a particle swarm and a simplex
+    /// Search for a lower minimum with a particle swarm and a simplex
     #[arg(long)]
     pub(super) global_search: bool,
-    /// Quantity that follows from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; more than once for more
+    /// Quantity derived from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; repeatable
     #[arg(long, value_name = "NAME=EXPRESSION")]
     pub(super) derive: Vec<String>,
-    /// Other model of the same data, as its fit --json printed it: compares AICc, F test and errors in unseen poses; more than once for more
+    /// Output of fit --json for another model of the same data: compares AICc, F test and errors in unseen poses; repeatable
     #[arg(long, value_name = "FIT.json")]
     pub(super) against: Vec<PathBuf>,
-    /// Write the fitted factors as TOML that --factors takes
+    /// Write the fitted factors as a TOML file for --factors
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,
-    /// Write what would determine best what is open: a procedure (FILE.toml) or a table of load cases to be filled in (FILE.csv)
+    /// Write the loads that would best determine the open parameters: a procedure (FILE.toml) or a table of load cases to fill in (FILE.csv)
     #[arg(long, value_name = "FILE")]
     pub(super) next: Option<PathBuf>,
     /// Which poses may be planned.
@@ -343,7 +343,7 @@ pub(super) struct SignificanceArgs {
     /// Change the constants of beams only, as the multi-source steps do
     #[arg(long)]
     pub(super) beams_only: bool,
-    /// Sections and springs to rank too: section.NAME.Iz, joint.NAME, base.rx
+    /// Further sections and springs to rank: section.NAME.Iz, joint.NAME, base.rx
     #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
     pub(super) parameters: Vec<String>,
 }
@@ -351,7 +351,7 @@ pub(super) struct SignificanceArgs {
 /// Figures that can be drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum FigureName {
-    /// Load against displacement with repeat scatter (needs DATA; a second one overlays)
+    /// Load against displacement with repeat scatter (needs DATA; a second DATA is overlaid)
     LoadDisplacement,
     /// Measured against fitted stiffness (needs DATA)
     Stiffness,
@@ -396,12 +396,12 @@ pub(super) struct PlotArgs {
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Where to write: FILE.svg and FILE.png, or one of them if the name ends so; - for SVG on standard output [default: the figure's name]
+    /// Write FILE.svg and FILE.png, or only one of them if FILE has its extension; - for SVG on standard output [default: the figure's name]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
 }
 
-/// How errors are distributed.
+/// Distribution of the errors.
 const NOISE_SHAPES: [OptionValue<NoiseShape>; 2] = [
     ("normal", "Normal", NoiseShape::Normal),
     (
@@ -417,7 +417,7 @@ const NOISE_SHAPES: [OptionValue<NoiseShape>; 2] = [
     after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'\n  stiffbench simulate three-gauges --displacement-axes x,y,z --directions x,0,0.7071,0.7071"
 )]
 pub(super) struct SimulateArgs {
-    /// Session folder to make; must not exist
+    /// Session folder to create; must not exist
     #[arg(value_name = "SESSION")]
     pub(super) out: PathBuf,
     /// Robot, mechanism and factors (the true ones, unless --true-factor changes them).
@@ -438,25 +438,25 @@ pub(super) struct SimulateArgs {
     /// Standard deviation of the slope from run to run, relative
     #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
     pub(super) run_slope_sd: f64,
-    /// Step of the displacement gauge, um
+    /// Display step of the displacement gauge, um
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(super) displacement_step_um: f64,
-    /// Step of the force gauge, N
+    /// Display step of the force gauge, N
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     pub(super) force_step_n: f64,
-    /// How errors are distributed
+    /// Distribution of the errors
     #[arg(long, value_parser = one_of(NOISE_SHAPES), default_value = "normal")]
     pub(super) noise_distribution: NoiseShape,
-    /// No noise and no steps at all
+    /// Simulate without noise and without display steps
     #[arg(long)]
     pub(super) noise_free: bool,
-    /// Instead of series of loads: this many load cases, a load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
+    /// Simulate this many load cases instead of series of loads: one load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
     #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES))]
     pub(super) load_cases: Option<usize>,
-    /// Instead of series of loads: this many absolute positions under own weight by a tracker that stands anywhere; with --loads-n a force in every second
+    /// Simulate this many absolute positions under the robot's own weight instead of series of loads, read by a tracker in an unknown place; with --loads-n every second position has a force
     #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES), conflicts_with = "load_cases")]
     pub(super) positions: Option<usize>,
-    /// Joints stay as one run left them when the next run of a pose and direction begins [default: every run starts virgin]
+    /// Joints keep their state from one run of a pose and direction to the next [default: every run starts from the unloaded state]
     #[arg(long)]
     pub(super) keep_history: bool,
     /// What is measured in which order; last, as its heading would go on.

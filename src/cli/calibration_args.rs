@@ -19,19 +19,19 @@ use super::session::instrument_records;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Calibration of the gauges")]
 pub(super) struct CalibrationArgs {
-    /// Expanded uncertainty of the force gauge for k = 2, common to all its readings, for example 0.3N; limit=0.3N for limits of error, within which every value is as likely
+    /// Expanded uncertainty of the force gauge for k = 2, common to all its readings, for example 0.3N; limit=0.3N for limits of error (rectangular distribution)
     #[arg(long, value_name = "U")]
     force_u: Option<String>,
     /// Expanded uncertainty of the displacement gauge for k = 2, for example 3um; limit=3um for limits of error
     #[arg(long, value_name = "U")]
     displacement_u: Option<String>,
-    /// Table of the force gauge's certificate, with the columns applied, indicated, U and k: corrects the forces
+    /// Calibration table of the force gauge with the columns applied, indicated, U and k: corrects the forces
     #[arg(long, value_name = "TABLE")]
     force_calibration: Option<PathBuf>,
-    /// The same table of the displacement gauge: corrects the displacements
+    /// Calibration table of the displacement gauge: corrects the displacements
     #[arg(long, value_name = "TABLE")]
     displacement_calibration: Option<PathBuf>,
-    /// Records of the gauges in the form of session.toml, in place of the session's
+    /// Instrument records in the form of session.toml, instead of the session's
     #[arg(long, value_name = "FILE")]
     instrument_records: Option<PathBuf>,
 }

@@ -103,7 +103,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         warnings.push(format!("wrote {}, report {}", out.display(), page.number));
         if !missing.is_empty() {
             warnings.push(format!(
-                "the report lacks, after ISO/IEC 17025: {}",
+                "the report lacks, according to ISO/IEC 17025: {}",
                 missing.join("; ")
             ));
         }

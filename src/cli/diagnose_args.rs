@@ -22,7 +22,7 @@ pub(super) struct DiagnoseArgs {
     /// Further sessions or load cases of the same robot, diagnosed together with the first
     #[arg(value_name = "DATA", conflicts_with_all = ["design", "specimen"])]
     pub(super) further: Vec<PathBuf>,
-    /// Instead: what a planned procedure (file or shipped name) can and cannot distinguish, before any session
+    /// Print what a planned procedure (file or shipped name) can and cannot distinguish; needs no session
     #[arg(long, value_name = "PROCEDURE", conflicts_with_all = ["data", "specimen"])]
     pub(super) design: Option<String>,
     /// Robot, mechanism and factors.
@@ -31,19 +31,19 @@ pub(super) struct DiagnoseArgs {
     /// Which parameters of the model are free beside every candidate.
     #[command(flatten)]
     pub(super) parameters: ParameterArgs,
-    /// Laws that the search leaves out, comma-separated
+    /// Laws to exclude from the search, comma-separated
     #[arg(long, value_delimiter = ',', value_name = "LAW")]
     pub(super) without: Vec<String>,
-    /// Keep readings that their repeats contradict; they are named all the same
+    /// Keep readings that contradict their repeats; they are still listed
     #[arg(long)]
     pub(super) keep_outliers: bool,
-    /// Seed of the simulated noise from which the limits come
+    /// Seed of the noise simulations that set the critical values
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Where the scatter of single readings comes from
+    /// Source of the scatter of single readings
     #[arg(long, value_enum, default_value_t = NoiseChoice::Estimated)]
     pub(super) noise: NoiseChoice,
-    /// Earlier session (folder or readings file) of the same bench, whose scatter tells that of this one too; may be given several times
+    /// Earlier session on the same bench (folder or readings file), used to estimate the noise; repeatable
     #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen"])]
     pub(super) earlier: Vec<PathBuf>,
     /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
@@ -63,7 +63,7 @@ pub(super) struct DiagnoseArgs {
     pub(super) specimen: SpecimenArgs,
 }
 
-/// Where the scatter of single readings comes from.
+/// Source of the scatter of single readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum NoiseChoice {
     /// The readings: restricted likelihood of the differences between repeats

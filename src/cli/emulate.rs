@@ -35,7 +35,7 @@ const SIGNAL_WAIT: Duration = Duration::from_millis(50);
 /// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The jack follows the procedure by itself. One line per load gives the load on the gauges; `end` is the last.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            a gauge of your own, as its description has it"
+    after_help = "The virtual jack follows the procedure. One line per load states the load on the gauges; the last line is `end`.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            your own gauge, emulated from its description"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
@@ -47,25 +47,25 @@ pub(super) struct EmulateArgs {
     /// Description of the displacement gauge: a name or a file
     #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME|FILE")]
     pub(super) displacement_instrument: String,
-    /// What goes wrong, as docs/fault-script.md has it
+    /// Fault script: which fault occurs when (docs/fault-script.md)
     #[arg(long, value_name = "FILE")]
     pub(super) faults: Option<PathBuf>,
-    /// Folder for the ports, links called force and displacement [default: a temporary one]
+    /// Folder for the links to the ports, called force and displacement [default: a temporary folder]
     #[arg(long, value_name = "FOLDER")]
     pub(super) link: Option<PathBuf>,
-    /// Seed of noise and of where the operator stops
+    /// Seed of the noise and of the forces at which the operator stops
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// How many times as fast as the real clock the bench is worked
+    /// Speed of the bench relative to the real clock
     #[arg(long, default_value_t = 1.0, value_parser = faster)]
     pub(super) speed: f64,
-    /// No noise
+    /// Emulate without noise
     #[arg(long)]
     pub(super) noise_free: bool,
-    /// Gauges that stand on the other side: a force along the axis is compression, the displacement counts along the negative axis
+    /// Gauges mounted on the other side: a force along the axis is compression, the displacement counts along the negative axis
     #[arg(long, value_enum, value_delimiter = ',', value_name = "GAUGE")]
     turned: Vec<BenchGauge>,
-    /// Keep the ports open at the end, with the load off, until the process is stopped
+    /// Keep the ports open after the end, without load, until the process is stopped
     #[arg(long)]
     pub(super) stay: bool,
     /// More descriptions.

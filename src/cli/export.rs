@@ -28,21 +28,21 @@ use super::outcome::Outcome;
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n  stiffbench export my-session --ro-crate --out my-crate\n\nTables: readings, stiffness (with u and U), budget, loads, flags. What each column means: docs/export.md and datapackage.json."
+    after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n  stiffbench export my-session --ro-crate --out my-crate\n\nTables: readings, stiffness (with u and U), budget, loads, flags. docs/export.md and datapackage.json explain the columns."
 )]
 pub(super) struct DataExportArgs {
-    /// Session folder, readings file, load cases, or a gauge's own log
+    /// Session folder, readings file, load cases, or gauge log
     data: PathBuf,
-    /// Folder to write into; it must not exist or be empty
+    /// Folder to write into; it must be new or empty
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Format of the tables; CSV and datapackage.json are always written
     #[arg(long, value_enum, default_value_t = TableFormat::Csv)]
     format: TableFormat,
-    /// Write ro-crate-metadata.json too, for research data repositories
+    /// Also write ro-crate-metadata.json, for research data repositories
     #[arg(long)]
     ro_crate: bool,
-    /// Branches that count for the stiffness
+    /// Branches used for the stiffness
     #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
     branches: Branches,
     /// For gauge logs.

@@ -33,7 +33,7 @@ pub enum CliError {
     #[error("{path} exists already")]
     #[diagnostic(
         code(stiffbench::output::exists),
-        help("choose another name; a session is never written over")
+        help("choose another name; a session is never overwritten")
     )]
     Exists {
         /// The folder.
@@ -43,7 +43,7 @@ pub enum CliError {
     #[error("{path} exists already and is not empty")]
     #[diagnostic(
         code(stiffbench::output::exists),
-        help("choose another name; nothing in it is written over")
+        help("choose another name; nothing in it is overwritten")
     )]
     NotEmpty {
         /// The folder.
@@ -72,7 +72,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A file for standard output, of a command that cannot write it there.
-    #[error("- is standard output, and this file cannot go there")]
+    #[error("- is standard output, and this file cannot be written to it")]
     #[diagnostic(
         code(stiffbench::usage::no_standard_output),
         help("name a file; ./- is a file of this name")
@@ -82,7 +82,7 @@ pub enum CliError {
     #[error("internal error: {problem}")]
     #[diagnostic(
         code(stiffbench::internal),
-        help("this is a mistake of the program: please report it with the command that led to it")
+        help("this is a bug of the program: please report it with the command that led to it")
     )]
     Internal {
         /// What broke.
@@ -143,7 +143,7 @@ pub enum CliError {
     #[diagnostic(
         code(stiffbench::instrument::unverified),
         help(
-            "check it at the bench against the display of the gauge, then name --allow-unverified"
+            "check it at the bench against the display of the gauge, then give --allow-unverified"
         )
     )]
     Unverified {
@@ -237,15 +237,12 @@ pub const EXIT_CODE_MEANINGS: &[(u8, &str)] = &[
     (0, "done"),
     (1, "findings under --strict"),
     (2, "usage"),
-    (
-        3,
-        "a question has no answer: --no-input, or the input has ended",
-    ),
+    (3, "unanswered question: --no-input, or end of input"),
     (
         10,
         "configuration, robot, procedure or session file invalid",
     ),
-    (11, "input file invalid or not there"),
+    (11, "input file invalid or missing"),
     (12, "calibration overdue under --strict"),
     (13, "output exists"),
     (14, "output cannot be written"),
@@ -254,7 +251,7 @@ pub const EXIT_CODE_MEANINGS: &[(u8, &str)] = &[
     (22, "instrument lost"),
     (23, "instrument not permitted"),
     (30, "journal damaged, or table or report changed"),
-    (31, "nothing of a journal can be read"),
+    (31, "journal unreadable"),
     (40, "fit impossible"),
     (41, "factors not identifiable under --strict"),
     (70, "internal error"),

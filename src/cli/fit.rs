@@ -37,7 +37,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         {
             return ArgumentError::refuse(
                 "--bootstrap",
-                "it draws the runs of one session again",
+                "it resamples the runs of one session",
                 "add --bootstrap-over cells, or fit one session",
             );
         }
@@ -144,7 +144,7 @@ fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
     let name = file.display();
     if plan.planned.planned.is_empty() {
         return Ok(format!(
-            "{name} was not written: no parameter is open, or no further force at the tool would narrow it"
+            "{name} was not written: no parameter is open, or no further force at the tool would determine it better"
         ));
     }
     match ending {
@@ -152,7 +152,7 @@ fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
             write(file, plan.procedure.to_toml().as_bytes())?;
             let text = plan.procedure.text.as_deref().unwrap_or_default();
             Ok(format!(
-                "wrote {name}: {text}; measure it by stiffbench session run NEW --procedure {name}"
+                "wrote {name}: {text}; measure it with stiffbench session run NEW --procedure {name}"
             ))
         }
         Some("csv") => {
@@ -161,7 +161,7 @@ fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
         }
         _ => ArgumentError::refuse(
             format!("--next {name}"),
-            "the ending decides what is written, and this one is neither .toml nor .csv",
+            "the extension of the file decides what is written, and this one is neither .toml nor .csv",
             "--next next.toml for a procedure, --next next.csv for a table to be filled in",
         ),
     }

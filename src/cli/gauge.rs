@@ -28,19 +28,19 @@ pub(super) const BINDINGS_FILE: &str = "stiffbench-bench.toml";
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Gauge")]
 pub(super) struct PortArgs {
-    /// Port, by any path, also one that is not listed [default: the one bound in the bindings file]
+    /// Path of the port, listed or not [default: the one bound in the bindings file]
     #[arg(long, value_name = "PORT")]
     pub(super) port: Option<String>,
-    /// Unit that its display shows, where it does not send one
+    /// Unit that the gauge shows, if it does not send its unit
     #[arg(long)]
     pub(super) unit: Option<String>,
-    /// Speed in bit/s [default: the bound one, else the description's]
+    /// Baud rate, bit/s [default: that of the bindings file, else that of the description]
     #[arg(long)]
     pub(super) baud: Option<u32>,
-    /// Let it send by itself, where it can, instead of asking for each value
+    /// Let the gauge stream its values if it can, instead of requesting each value
     #[arg(long)]
     pub(super) stream: bool,
-    /// Use a description that nobody has verified
+    /// Use an unverified description
     #[arg(long)]
     pub(super) allow_unverified: bool,
     /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it

@@ -18,13 +18,13 @@ use crate::count::counted;
 /// By which descriptions the lines of logs are decoded.
 #[derive(Debug, Args)]
 pub(super) struct GaugeLineArgs {
-    /// FILE holds lines as this gauge sends them, each behind its time: name of an instrument description, or a file
+    /// Decode FILE, lines of this gauge with a time before each: name of an instrument description, or a file
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
-    /// The same for the log of --displacement-log: description of the displacement gauge
+    /// Decode the log of --displacement-log: description of the displacement gauge
     #[arg(long, value_name = "NAME|FILE", requires = "displacement_log")]
     displacement_instrument: Option<String>,
-    /// Use a description that nobody has verified
+    /// Use an unverified description
     #[arg(long)]
     allow_unverified: bool,
     /// More descriptions.

@@ -11,31 +11,31 @@ use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Output")]
 pub struct Global {
-    /// One JSON object on standard output instead of text, also on failure
+    /// Print one JSON object on standard output instead of text, also on failure
     #[arg(long, global = true)]
     pub json: bool,
-    /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
+    /// Exit with a code other than 0 on findings: flags, missing physics, factors that the data do not determine, overdue calibration
     #[arg(long, global = true)]
     pub strict: bool,
-    /// Use the readings.csv of a session folder though it differs from the journal; every result states it
+    /// Use the readings.csv of a session folder even if it differs from the journal; every result states it
     #[arg(long, global = true)]
     pub trust_csv: bool,
-    /// Use neither configuration files nor STIFFBENCH_ variables
+    /// Ignore configuration files and STIFFBENCH_ variables
     #[arg(long, global = true)]
     pub no_config: bool,
-    /// Never wait for an answer: a question without one is an error that names the option which would have answered it
+    /// Never wait for an answer: an unanswered question is an error that names the option to answer it
     #[arg(long, global = true)]
     pub no_input: bool,
-    /// Print the log of a session on standard error too; -vv: with every reading
+    /// Also print the session log on standard error; -vv adds every reading
     #[arg(long, short, global = true, action = ArgAction::Count)]
     pub verbose: u8,
-    /// No notes and no progress on standard error
+    /// Print no notes and no progress on standard error
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Colour of help, errors and the view of a session; auto: on a terminal, as NO_COLOR and CLICOLOR_FORCE say
+    /// When to colour help, errors and the session screen; auto: on a terminal, unless NO_COLOR or CLICOLOR_FORCE is set
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
     pub color: ColorChoice,
-    /// Progress on standard error
+    /// How to show progress on standard error
     #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
 }

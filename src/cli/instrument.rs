@@ -65,7 +65,7 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
     );
     let instruments = found.iter().map(summary).collect();
     let text = format!(
-        "{table}\ndocumented: the maker's manual was read; implemented: seen working in public code; recalled: from memory, runs only with\n--allow-unverified. More of one: stiffbench instrument show NAME\n"
+        "{table}\ndocumented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs\n--allow-unverified. Details: stiffbench instrument show NAME\n"
     );
     Ok(
         Outcome::new("instrument-list", text, InstrumentList { instruments })
@@ -147,7 +147,7 @@ fn unit_text(description: &InstrumentDescription) -> String {
     match description.unit_source() {
         UnitSource::Packet => format!("in every packet ({choices})"),
         UnitSource::Query => format!("the gauge is asked ({choices})"),
-        UnitSource::Configuration => format!("not sent: to be named ({choices})"),
+        UnitSource::Configuration => format!("not sent: state it ({choices})"),
         UnitSource::Fixed => "always the same".to_owned(),
     }
 }
@@ -156,7 +156,7 @@ fn sign_text(meaning: SignMeaning) -> &'static str {
     match meaning {
         SignMeaning::Positive => "arrives as a positive value",
         SignMeaning::Negative => "arrives as a negative value",
-        SignMeaning::Ask => "sign not known: found out by a push by hand",
+        SignMeaning::Ask => "sign not known: determined by a push by hand",
     }
 }
 
@@ -276,7 +276,7 @@ pub(super) fn reply_reason(reply: &Reply) -> String {
     match &reply.meaning {
         Meaning::Acknowledged => "an acknowledgement, not a value".to_owned(),
         Meaning::Refused(why) => why.clone(),
-        Meaning::Identity(_) => "who the gauge is, not a value".to_owned(),
+        Meaning::Identity(_) => "the identity of the gauge, not a value".to_owned(),
         Meaning::Unit(_) => "the gauge's unit, not a value".to_owned(),
         Meaning::State(_) => "the gauge's mode or settings, not a value".to_owned(),
         Meaning::Text(_) => "text, not a value".to_owned(),

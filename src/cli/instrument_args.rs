@@ -11,7 +11,7 @@ use super::instrument_read::ReadArgs;
 /// Where descriptions come from besides the shipped ones.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ProtocolsArgs {
-    /// Folder with descriptions of your own in FOLDER/instruments/*.toml; they go before shipped ones of the same name
+    /// Folder with your own descriptions in FOLDER/instruments/*.toml; they take precedence over shipped ones of the same name
     #[arg(long, value_name = "FOLDER")]
     pub protocols: Option<PathBuf>,
 }
@@ -30,37 +30,37 @@ pub(super) struct InstrumentArgs {
 /// Subcommands of `instrument`.
 #[derive(Debug, Subcommand)]
 pub(super) enum InstrumentCommand {
-    /// The gauges that can be used, and how far each description can be trusted
+    /// List the available gauges and how far each description is verified
     List {
         /// More descriptions.
         #[command(flatten)]
         protocols: ProtocolsArgs,
     },
-    /// What is known of one gauge: line, commands, packets, sign, notes, sources; or the schema of descriptions
+    /// Print a gauge description: line, commands, packets, sign, notes, sources; or the schema of descriptions
     Show {
         /// Name of a description, or a file
         #[arg(value_name = "INSTRUMENT", required_unless_present = "schema")]
         name: Option<String>,
-        /// The description itself, to copy and adapt
+        /// Print the description as TOML, to copy and adapt
         #[arg(long)]
         toml: bool,
-        /// Instead: the JSON Schema of instrument descriptions
+        /// Print the JSON Schema of instrument descriptions instead
         #[arg(long, conflicts_with_all = ["name", "toml"])]
         schema: bool,
         /// More descriptions.
         #[command(flatten)]
         protocols: ProtocolsArgs,
     },
-    /// Read a description of your own and say what is wrong with it
+    /// Check your own description and report what is wrong with it
     Check {
         /// The file
         file: PathBuf,
     },
-    /// The bytes on standard input as samples, and what is none with its reason
+    /// Decode bytes from standard input; say why each rejected packet was rejected
     Decode(DecodeArgs),
-    /// Values of a gauge on its port, now
+    /// Read values from a gauge on its port
     Read(ReadArgs),
-    /// A bench in software behind ports: two emulated gauges on one robot, for practice and for other programs
+    /// Emulate two gauges on one robot behind serial ports, for rehearsal and for other programs
     #[cfg(unix)]
     Emulate(Box<EmulateArgs>),
 }
@@ -71,10 +71,10 @@ pub(super) struct DecodeArgs {
     /// Name of a description, or a file
     #[arg(value_name = "INSTRUMENT")]
     pub(super) name: String,
-    /// Unit of the values that are printed; where packets carry none, also the unit that the gauge shows [default: as sent]
+    /// Unit of the printed values; if packets carry no unit, also the unit that the gauge shows [default: as sent]
     #[arg(long)]
     pub(super) unit: Option<String>,
-    /// Use a description that nobody has verified
+    /// Use an unverified description
     #[arg(long)]
     pub(super) allow_unverified: bool,
     /// More descriptions.

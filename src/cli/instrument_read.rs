@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::clock::Clock;
+use crate::count::counted;
 use crate::instrument::port::PortError;
 use crate::instrument::{GaugeEvent, LinkState, Sample};
 use crate::report::{ReadReport, TimedPacket, TimedValue};
@@ -27,10 +28,10 @@ pub(super) struct ReadArgs {
     /// Port and line.
     #[command(flatten)]
     port: PortArgs,
-    /// Values to read [default: 1, or as many as come within --seconds]
+    /// Number of values to read [default: 1, or as many as arrive within --seconds]
     #[arg(long, value_name = "N")]
     count: Option<usize>,
-    /// Seconds to read for
+    /// How long to read, s
     #[arg(long, value_name = "S", value_parser = seconds)]
     seconds: Option<f64>,
 }
@@ -74,7 +75,7 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
     }
     warnings.extend(taken.samples.is_empty().then(|| {
         format!(
-            "no value of {name} came: is another gauge on this port, or its unit or mode another? stiffbench ports --probe asks every port for its gauge"
+            "no value of {name} was received: is another gauge on this port, or does it have another unit or mode? stiffbench ports --probe identifies the gauge on every port"
         )
     }));
     Ok(taken
@@ -103,10 +104,10 @@ impl Taken {
             Some(last) => PortError::WrongDevice {
                 port,
                 problem: format!(
-                    "no value came, but {:?} ({:?})",
+                    "no value was received, but {:?} ({:?})",
                     last.packet.raw, last.packet.reason
                 ),
-                help: "is another gauge on this port? Compare instrument, unit and mode with what the gauge shows; stiffbench ports --probe asks every port for its gauge".to_owned(),
+                help: "is another gauge on this port? Compare instrument, unit and mode with what the gauge shows; stiffbench ports --probe identifies the gauge on every port".to_owned(),
             },
         }
     }
@@ -155,10 +156,10 @@ impl Taken {
 
     fn outcome(self, instrument: &str, identity: Option<&str>, seconds: f64) -> Outcome {
         let text = format!(
-            "{instrument}{}: {} values, {} rejected packets, in {seconds:.1} s\n",
+            "{instrument}{}: {} and {} in {seconds:.1} s\n",
             identity.map_or_else(String::new, |identity| format!(" ({identity})")),
-            self.samples.len(),
-            self.rejected.len()
+            counted(self.samples.len(), "value"),
+            counted(self.rejected.len(), "rejected packet")
         );
         let report = ReadReport {
             instrument: instrument.to_owned(),

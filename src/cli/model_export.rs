@@ -34,7 +34,7 @@ pub(super) enum ModelCommand {
 /// Arguments of `model export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWithout --pose and --set, csv and json hold every named pose. What each format holds: docs/simulators.md."
+    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWithout --pose and --set, csv and json hold every named pose. docs/simulators.md lists what each format holds."
 )]
 pub(super) struct ModelExportArgs {
     /// Format of the file
@@ -43,13 +43,13 @@ pub(super) struct ModelExportArgs {
     /// Which robot, mechanism and factors.
     #[command(flatten)]
     model: ModelArgs,
-    /// What stiffbench fit --json printed: its factors with their intervals
+    /// Output of stiffbench fit --json: its factors with their intervals
     #[arg(long, value_name = "FILE", conflicts_with = "factors")]
     fit: Option<PathBuf>,
     /// Which pose.
     #[command(flatten)]
     pose: PoseArgs,
-    /// Write to this file instead of standard output, which is - too
+    /// Write to this file instead of standard output; - is standard output too
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

@@ -26,28 +26,28 @@ use crate::session::write_whole;
 /// Arguments of `ports`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A list opens no port. --probe opens each one, listens, and sends requests for a value; nothing that sets, steps or toggles. Where nothing answers, other speeds are tried, which takes a minute with all descriptions and seconds with --instrument.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
+    after_help = "Listing opens no port. --probe opens each port, listens, and requests a value; it sends no command that changes a setting. If nothing answers, it tries other baud rates, which takes a minute with all descriptions and seconds with --instrument.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
 )]
 pub(super) struct PortsArgs {
-    /// Try which instrument is on each port
+    /// Identify the instrument on each port
     #[arg(long)]
     probe: bool,
-    /// Only this port, by any path, also one that is not listed
+    /// Path of the only port to use, listed or not
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// Wait for a port that is plugged in from now on
+    /// Wait until a port is plugged in
     #[arg(long, conflicts_with = "port")]
     wait: bool,
-    /// Seconds to wait for it
+    /// How long to wait for it, s
     #[arg(long, value_name = "S", default_value = "120", value_parser = seconds, requires = "wait")]
     within: f64,
-    /// Bind the port as that of the force or displacement gauge
+    /// Bind the port to the force or displacement gauge
     #[arg(long, value_name = "CHANNEL", value_parser = channel)]
     bind: Option<Channel>,
-    /// Instrument on it [default: the one that probing finds]
+    /// Instrument on the port [default: found by probing]
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
-    /// Unit that its display shows, where it does not send one
+    /// Unit that the gauge shows, if it does not send its unit
     #[arg(long)]
     unit: Option<String>,
     /// Bindings file: which gauge is on which adapter
@@ -151,7 +151,7 @@ fn several_plugged(ports: &[PortInfo]) -> ArgumentError {
     let paths: Vec<&str> = ports.iter().map(|port| port.path.as_str()).collect();
     ArgumentError::new(
         "--wait",
-        format!("more than one port came at once: {}", paths.join(", ")),
+        format!("more than one port appeared at once: {}", paths.join(", ")),
         "plug in one at a time, or name the one that is meant with --port",
     )
 }
@@ -261,7 +261,10 @@ fn write_binding(
 fn not_one(ports: &[PortInfo]) -> ArgumentError {
     ArgumentError::new(
         "--bind",
-        format!("{} ports are there, and one has to be meant", ports.len()),
+        format!(
+            "there are {} ports, and it is not clear which one to use",
+            ports.len()
+        ),
         "name it with --port, or plug it in after --wait",
     )
 }
@@ -274,7 +277,7 @@ fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
     PortError::WrongDevice {
         port: port.path.clone(),
         problem: if candidates.is_empty() {
-            "nothing that is known answers there".to_owned()
+            "no known instrument answers there".to_owned()
         } else {
             format!("more than one instrument fits: {}", candidates.join(", "))
         },
@@ -341,7 +344,7 @@ fn text(
         }
         match probe_port {
             Some(Ok(findings)) if findings.is_empty() => {
-                text.push_str("  nothing that is known answers\n");
+                text.push_str("  no known instrument answers\n");
             }
             Some(Ok(findings)) => {
                 for finding in findings {

@@ -15,7 +15,7 @@ pub(super) struct PoseArgs {
     /// Named pose of the robot [default: every variable at its nominal value]
     #[arg(long)]
     pose: Option<String>,
-    /// Value of a variable, degrees, or metres of one that slides, for example theta2=397.3
+    /// Value of a variable in degrees, or in metres for a sliding joint, for example theta2=397.3
     #[arg(long = "set", value_name = "VARIABLE=DEGREES", num_args = 1..)]
     set: Vec<String>,
 }
@@ -24,16 +24,16 @@ pub(super) struct PoseArgs {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Proposed poses")]
 pub(super) struct PoseRulesArgs {
-    /// Height of the base axes below which no joint and no tool may be in a proposed pose [default: that of the robot file, else the base, for new poses]
+    /// Lowest height of joints and tool in a proposed pose, in base axes [default: that of the robot file, else the base, for new poses]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     floor_mm: Option<f64>,
-    /// Least distance of the tool from the vertical through the base [default: that of the robot file, else a tenth of the largest in a named pose, for new poses]
+    /// Smallest distance of the tool from the vertical through the base [default: that of the robot file, else a tenth of the largest in a named pose, for new poses]
     #[arg(long, value_name = "MM")]
     base_radius_mm: Option<f64>,
-    /// Least distance of a joint from its limits, percent of its range [default: 5, for new poses]
+    /// Smallest distance of a joint from its limits, percent of its range [default: 5, for new poses]
     #[arg(long, value_name = "PERCENT", value_parser = value_parser!(u8).range(0..=49))]
     limit_margin_percent: Option<u8>,
-    /// Poses that are not to be proposed, comma-separated: P2, new187
+    /// Poses to exclude from the proposals, comma-separated: P2, new187
     #[arg(long, value_delimiter = ',', value_name = "POSES")]
     forbid_poses: Vec<String>,
 }

@@ -17,12 +17,12 @@ use super::outcome::Outcome;
 /// Arguments of `predict`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench diagnose ramps.csv --specimen --force-column torque_Nm --displacement-column angle_mrad --out ramps\n  stiffbench predict ramps/model.toml --input other-ramps.csv\n  stiffbench predict ramps/model.toml --input planned.csv --out predicted.csv\n\nThe table has the columns of the one that was diagnosed; that of the answers may be absent. Runs need not be those of the fit,\nconfigurations must be. Memory is carried over the readings of a run in their order."
+    after_help = "Examples:\n  stiffbench diagnose ramps.csv --specimen --force-column torque_Nm --displacement-column angle_mrad --out ramps\n  stiffbench predict ramps/model.toml --input other-ramps.csv\n  stiffbench predict ramps/model.toml --input planned.csv --out predicted.csv\n\nThe table needs the columns of the diagnosed table; the column of measured values may be absent. Runs may differ from those of the\nfit, configurations may not. Laws with memory follow the readings of a run in their order."
 )]
 pub(super) struct PredictArgs {
     /// Model of a part: the model.toml of `diagnose --specimen --out`
     model: PathBuf,
-    /// Table to predict the answers of
+    /// Table of set values to predict readings for
     #[arg(long, value_name = "TABLE")]
     input: PathBuf,
     /// Write a CSV file with a row for each reading: predicted, ends of the band, measured; - for standard output

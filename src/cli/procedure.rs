@@ -37,7 +37,7 @@ pub(super) struct ProcedureArgs {
     /// Repeats [default: the procedure's]
     #[arg(long)]
     repeats: Option<u32>,
-    /// The operator stops within this of the target, N [default: the procedure's]
+    /// Tolerance of the operator around the target force, N [default: the procedure's]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_tolerance_n: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Progress on standard error.
+//! How to show progress on standard error.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};

@@ -22,15 +22,15 @@ pub(super) struct RobotArgs {
 /// Subcommands of `robot`.
 #[derive(Debug, Subcommand)]
 pub(super) enum RobotCommand {
-    /// Bodies, mechanisms, variables, poses, factor sets; the mobility; the schema of robot files
+    /// Print bodies, mechanisms, variables, poses and factor sets, or the mobility, or the schema of robot files
     Show(ShowArgs),
-    /// Read a robot file and try every mechanism in every pose: size, mass, stiffness, and what is odd
+    /// Check a robot file in every mechanism and pose: size, mass, stiffness, warnings
     Check(RobotCheckArgs),
-    /// Begin a robot file from a URDF, a Denavit-Hartenberg table or a template
+    /// Create a robot file from a URDF, a Denavit-Hartenberg table or a template
     New(NewArgs),
-    /// Random poses under the limits: extreme points, and the projection of the paper's Fig. 3
+    /// Sample random poses within the limits: extreme points, and the projection of the paper's Fig. 3
     Workspace(WorkspaceArgs),
-    /// 6 x 6 compliance of the end in a pose
+    /// Compute the 6 x 6 compliance of the end in a pose
     Compliance(ComplianceArgs),
 }
 
@@ -42,7 +42,7 @@ pub(super) struct RobotCheckArgs {
     /// Folder for drawings of every pose (SVG and PNG)
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
-    /// No sketch of the poses in the terminal
+    /// Do not sketch the poses in the terminal
     #[arg(long)]
     pub(super) no_sketch: bool,
 }
@@ -53,10 +53,10 @@ pub(super) struct ShowArgs {
     /// Name of a shipped robot, or a robot file [default: hp-robot]
     #[arg(value_name = "ROBOT")]
     pub(super) robot: Option<String>,
-    /// Instead: degrees of freedom by the paper's eqs. (1) to (5), and by the rank of the closure conditions
+    /// Print the mobility instead: degrees of freedom by the paper's eqs. (1) to (5), and by the rank of the closure conditions
     #[arg(long)]
     pub(super) mobility: bool,
-    /// Instead: the JSON Schema of the format of this robot file; without one that of stiffbench/robot/2
+    /// Print the JSON Schema of the format of this robot file instead; without a file, that of stiffbench/robot/2
     #[arg(long, conflicts_with = "mobility")]
     pub(super) schema: bool,
 }
@@ -68,19 +68,19 @@ pub(super) struct ShowArgs {
     after_help = "Examples:\n  stiffbench robot new my-robot.toml --urdf ur10.urdf --tip tool0\n  stiffbench robot new my-robot.toml --dh table.csv --convention modified --controller kuka --check-position 0,-90,90,0,0,0=1500,0,1850\n  stiffbench robot new my-robot.toml --template serial"
 )]
 pub(super) struct NewArgs {
-    /// Robot file to write; one that exists is left alone
+    /// Robot file to write; must not exist
     #[arg(value_name = "FILE")]
     pub(super) out: PathBuf,
-    /// URDF to read; a xacro is expanded first
+    /// URDF to read; expand a xacro first
     #[arg(long, value_name = "FILE")]
     pub(super) urdf: Option<PathBuf>,
-    /// Link of the URDF that is held [default: its root]
+    /// Link of the URDF that is fixed [default: its root]
     #[arg(long, value_name = "LINK", requires = "urdf")]
     pub(super) base: Option<String>,
     /// Link of the URDF that carries the tool [default: its only end]
     #[arg(long, value_name = "LINK", requires = "urdf")]
     pub(super) tip: Option<String>,
-    /// Section of the links behind a joint, or of all: they become beams. For example J2="tube 120x6 aluminium"
+    /// Section of the links behind a joint, or of all links, which become beams; for example J2="tube 120x6 aluminium"
     #[arg(long, value_name = "[JOINT=]PROFILE", requires = "urdf")]
     pub(super) section: Vec<String>,
     /// Denavit-Hartenberg table to read, TOML or CSV
@@ -89,10 +89,10 @@ pub(super) struct NewArgs {
     /// Convention of a table that does not state it
     #[arg(long, value_name = "CONVENTION", value_parser = ["standard", "modified"], requires = "dh")]
     pub(super) convention: Option<String>,
-    /// Maker whose way to count the axes of a six-axis arm the table follows
+    /// Manufacturer whose axis convention for six-axis arms the table follows
     #[arg(long, value_name = "MAKER", value_parser = ["kuka", "fanuc"], requires = "dh")]
     pub(super) controller: Option<String>,
-    /// Position of the tool centre, mm, that the controller shows for joint values; several times
+    /// Position of the tool centre, mm, that the controller shows for joint values; repeatable
     #[arg(
         long,
         value_name = "Q1,Q2,...=X,Y,Z",
@@ -138,13 +138,13 @@ pub(super) struct ComplianceArgs {
     /// Which pose.
     #[command(flatten)]
     pub(super) pose: PoseArgs,
-    /// Joints turn freely unless a drive or brake locks them
+    /// Let joints turn freely unless a drive or brake locks them
     #[arg(long)]
     pub(super) pinned: bool,
-    /// Beams with shear deformation
+    /// Include the shear deformation of beams
     #[arg(long)]
     pub(super) timoshenko: bool,
-    /// Load at the end, under which joints that are not linear are taken and an arm of rigid links has the load's own stiffness: force along x, y and z, N [default: the smallest]
+    /// Load at the end for the secant compliance of nonlinear joints and the geometric stiffness of an arm of rigid links: force along x, y and z, N [default: the smallest]
     #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
     pub(super) load: Option<[f64; 3]>,
 }

@@ -27,7 +27,7 @@ use crate::analysis::{
     ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, refuse_unseen_laws, sha256,
     state_joint_values,
 };
-use crate::count::counted;
+use crate::count::{counted, hours_and_minutes};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -149,7 +149,10 @@ fn of_procedure(args: &SimulateArgs) -> Result<Simulated, Failure> {
         },
         words: [
             what,
-            format!("On a real bench some {minutes:.0} minutes.\n"),
+            format!(
+                "On a real bench this takes about {}.\n",
+                hours_and_minutes(minutes)
+            ),
             ", physics".to_owned(),
         ],
         resolved,

@@ -63,7 +63,14 @@ pub(super) fn sketch(drawings: &[(String, RobotDrawing)], width: usize, unicode:
     };
     let mut notes = format!(
         "{} to the right, {} upward; {:.2} m per character.\n{marks}{joints}\n",
-        names[across], names[first.axes.up], scale.m_per_column
+        names[across].replacen(", ", " (", 1)
+            + if names[across].contains(", ") {
+                ")"
+            } else {
+                ""
+            },
+        names[first.axes.up].split(',').next().unwrap_or_default(),
+        scale.m_per_column
     );
     if shown.len() < drawings.len() {
         let _ = writeln!(

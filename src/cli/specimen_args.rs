@@ -24,10 +24,10 @@ pub(super) struct SpecimenArgs {
     /// Column of the time
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) time_column: Option<String>,
-    /// Column that tells runs apart, each with one zero; several together name a run
+    /// Column that identifies runs, each with one zero; several columns together identify a run
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) run_column: Vec<String>,
-    /// Column that tells specimens or configurations apart, each with a line of its own; several together name one
+    /// Column that identifies specimens or configurations, each with its own line; several columns together identify one
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) configuration_column: Vec<String>,
     /// Column of the temperature
@@ -36,16 +36,16 @@ pub(super) struct SpecimenArgs {
     /// Column of the time under the load
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) hold_column: Option<String>,
-    /// Column of the place in the order of measurement
+    /// Column with the order of measurement
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) order_column: Option<String>,
     /// Column with loading and unloading [default: derived from the path of the load]
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) branch_column: Option<String>,
-    /// Unit of the force, torque or stress: N, kN, kgf, lbf, N*m, lbf*in, MPa, psi, ..., or 1 for numbers as they are [default: that of the file]
+    /// Unit of the force, torque or stress: N, kN, kgf, lbf, N*m, lbf*in, MPa, psi, ..., or 1 to keep the numbers as they are [default: that of the file]
     #[arg(long, value_name = "UNIT", requires = "force_column")]
     pub(super) force_unit: Option<String>,
-    /// Unit of the displacement, angle or strain: mm, um, in, mil, rad, deg, %, microstrain, ..., or 1 for numbers as they are [default: that of the file]
+    /// Unit of the displacement, angle or strain: mm, um, in, mil, rad, deg, %, microstrain, ..., or 1 to keep the numbers as they are [default: that of the file]
     #[arg(long, value_name = "UNIT", requires = "specimen")]
     pub(super) displacement_unit: Option<String>,
     /// Unit of time and hold: s, ms, min, h, d [default: that of the file; dates and times of day need none]
@@ -54,16 +54,16 @@ pub(super) struct SpecimenArgs {
     /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
     #[arg(long, value_name = "UNIT", requires = "temperature_column")]
     pub(super) temperature_unit: Option<String>,
-    /// The quantity that answers: force if the displacement or strain was set
+    /// The measured quantity: force if the displacement or strain was set
     #[arg(long, value_parser = one_of(RESPONSES), default_value = "displacement", requires = "specimen")]
     pub(super) response: ResponseVariable,
-    /// Share of a run's range by which the path must come back before it counts as unloading
+    /// Share of a run's range by which the path must return before it counts as unloading
     #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE, requires = "specimen")]
     pub(super) turn_share: f64,
     /// Sheet of a spreadsheet [default: the only one with rows of numbers]
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) sheet: Option<String>,
-    /// Decimal sign of the numbers [default: found from all of them]
+    /// Decimal sign of the numbers [default: detected from all of them]
     #[arg(long, value_parser = one_of(decimal_signs(DecimalSign::Point, DecimalSign::Comma)), requires = "specimen")]
     pub(super) decimal: Option<DecimalSign>,
 }
@@ -72,12 +72,12 @@ pub(super) struct SpecimenArgs {
 const RESPONSES: [OptionValue<ResponseVariable>; 2] = [
     (
         "displacement",
-        "Loads were set, the displacement read",
+        "Loads were set, the displacement was measured",
         ResponseVariable::Displacement,
     ),
     (
         "force",
-        "Displacements were set, the force read",
+        "Displacements were set, the force was measured",
         ResponseVariable::Force,
     ),
 ];

@@ -45,16 +45,16 @@ pub(super) struct TraceArgs {
 /// Subcommands of `trace`.
 #[derive(Debug, Subcommand)]
 enum TraceCommand {
-    /// Record every byte of a gauge's line, both directions, with times
+    /// Record every byte on a gauge's line, in both directions, with times
     Record(RecordArgs),
-    /// What stands in a trace, and what is damaged
+    /// Show the contents of a trace and its damaged lines
     Show {
         /// Trace
         file: PathBuf,
     },
-    /// The values in a trace, and the bytes that are none
+    /// Decode the values in a trace and list the rejected bytes
     Decode(TraceDecodeArgs),
-    /// Traces as live gauges, at any speed
+    /// Replay traces as live gauges, at any speed
     Replay(ReplayArgs),
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
@@ -73,7 +73,7 @@ struct RecordArgs {
     /// File to write; it must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Seconds to record [default: until the line is lost or the program stopped]
+    /// How long to record, s [default: until the line is lost or the program is stopped]
     #[arg(long, value_name = "S", value_parser = seconds)]
     seconds: Option<f64>,
 }
@@ -86,7 +86,7 @@ struct TraceDecodeArgs {
     /// Instrument description [default: the one the trace names]
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
-    /// Unit that its display shows, where it does not send one [default: the one the trace names]
+    /// Unit that the gauge shows, if it does not send its unit [default: the one the trace names]
     #[arg(long)]
     unit: Option<String>,
     /// More descriptions.
@@ -100,7 +100,7 @@ struct ReplayArgs {
     /// Traces, one for each gauge
     #[arg(required = true, num_args = 1..=2)]
     files: Vec<PathBuf>,
-    /// How many times as fast as the real clock; max for as fast as possible
+    /// Speed relative to the real clock; max for as fast as possible
     #[arg(long, default_value = "1", value_parser = pace)]
     speed: Speed,
     /// More descriptions.

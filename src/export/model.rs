@@ -178,7 +178,7 @@ impl<'a> ExportModel<'a> {
                 return None;
             };
             Some(format!(
-                "{spring}: tied to {other}; a number of its own here"
+                "{spring}: tied to {other}; an independent value here"
             ))
         });
         notes.extend(tied);

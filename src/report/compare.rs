@@ -141,8 +141,8 @@ impl ComparisonReport {
         document.item(format!("B is {b}"));
         document.table(rows);
         document.paragraph(
-            "U is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U beyond 1 or -1. \
-             A cell differs where its difference is too large for chance, given the number of cells.",
+            "U is the expanded uncertainty of the difference for 95 %: without any change, |B - A|/U exceeds 1 in one of twenty cells. \
+             A cell differs if its difference is too large for chance, given the number of cells.",
         );
         for left_out in &self.not_compared {
             let CellNotCompared {
@@ -175,7 +175,7 @@ impl ComparisonReport {
 fn verdict_sentence(comparison: &Comparison) -> String {
     match comparison.agreement {
         StiffnessAgreement::Agrees => return "The sessions agree.".to_owned(),
-        StiffnessAgreement::NothingToCompare => return "There is nothing to compare.".to_owned(),
+        StiffnessAgreement::NothingToCompare => return "No cell can be compared.".to_owned(),
         StiffnessAgreement::Differs => {}
     }
     let differing = comparison.changes.iter().filter(|change| change.differs);

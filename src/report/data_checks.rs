@@ -46,8 +46,8 @@ fn position_words(bad: &[BadReading]) -> String {
         "a bad value"
     };
     format!(
-        "line {}, pose {}: position {axes} is {read} mm, and the fit to all others lets expect {expected} mm{joint}: possibly {what}, measure it again \
-         (noise alone takes positions as far in {} of such tables)",
+        "line {}, pose {}: position {axes} is {read} mm, but the fit to all other values predicts {expected} mm{joint}: possibly {what}; measure it again \
+         (noise alone moves a position this far in {} of such tables)",
         first.line,
         first.pose,
         share_of_tables(first.p_family)
@@ -64,17 +64,17 @@ fn value_words(bad: &BadReading) -> String {
     });
     let lines: Vec<String> = bad.repeats.iter().map(ToString::to_string).collect();
     let who = match &lines[..] {
-        [] => "the fit to all others lets expect".to_owned(),
-        [line] => format!("its repeat (line {line}), which the fit supports, lets expect"),
-        _ => format!("its repeats (lines {}) let expect", lines.join(", ")),
+        [] => "the fit to all other values predicts".to_owned(),
+        [line] => format!("its repeat (line {line}), which the fit supports, predicts"),
+        _ => format!("its repeats (lines {}) predict", lines.join(", ")),
     };
     let what = if lines.is_empty() {
-        "possibly a bad value: it has no repeat, measure it again"
+        "possibly a bad value, which has no repeat; measure it again"
     } else {
         "a bad value"
     };
     format!(
-        "line {}, pose {}: {} {} is {}, and {who} {}{hint}: {what} (noise alone takes a value as far in {} of such tables)",
+        "line {}, pose {}: {} {} is {}, but {who} {}{hint}: {what} (noise alone moves a value this far in {} of such tables)",
         bad.line,
         bad.pose,
         bad.quantity,
@@ -107,7 +107,7 @@ pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
     };
     if let Some(both) = both {
         return format!(
-            "{both} with all other readings only if they are exchanged: is one under the name of the other?"
+            "{both} with all other readings only if they are exchanged: are their names swapped?"
         );
     }
     let what = match (pose, mistake.component) {

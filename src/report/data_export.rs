@@ -28,11 +28,11 @@ pub struct DataExportReport {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableFormat {
-    /// A file a table, with units and hashes in datapackage.json.
+    /// One file per table, with units and hashes in datapackage.json.
     Csv,
-    /// Also one spreadsheet, a sheet a table, with units and provenance on the sheet about.
+    /// Also one spreadsheet with one sheet per table, and units and provenance on the sheet about.
     Xlsx,
-    /// Also a Parquet file a table; needs the build feature parquet.
+    /// Also one Parquet file per table; needs the build feature parquet.
     Parquet,
 }
 

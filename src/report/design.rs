@@ -7,7 +7,7 @@ use stiffbench_document::table_of;
 use crate::mismatch::DesignReport;
 
 use super::text::or_dash;
-use crate::count::counted;
+use crate::count::{counted, hours_and_minutes};
 
 /// Rows of the printed tables.
 const ROWS: usize = 40;
@@ -16,10 +16,10 @@ const ROWS: usize = 40;
 #[must_use]
 pub fn design_text(report: &DesignReport) -> String {
     let mut text = format!(
-        "Procedure {}: {}, about {:.0} minutes. What it would show, with a dial gauge of 10 um read to 6 um:\n\n",
+        "Procedure {}: {}, about {}. What it would show, with a dial gauge of 10 um read to 6 um:\n\n",
         report.procedure,
         counted(report.readings, "reading"),
-        report.minutes
+        hours_and_minutes(report.minutes)
     );
     let rows = report.laws.iter().take(ROWS);
     text.push_str(
@@ -49,7 +49,7 @@ pub fn design_text(report: &DesignReport) -> String {
     if report.laws.len() > ROWS {
         let _ = writeln!(
             text,
-            "… and {} more: --json has all.",
+            "… and {} more: --json lists all.",
             report.laws.len() - ROWS
         );
     }

@@ -70,7 +70,7 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
     document.append(parameter_tables(&fit.parameters));
     if let Some(drawn) = &fit.bootstrap {
         document.paragraph(format!(
-            "Bootstrap: {}, {} drawn anew (seed {}), {} of the refits failed.",
+            "Bootstrap: {}, {} resampled (seed {}); {} of the refits failed.",
             counted(drawn.replicates, "replicate"),
             drawn.over,
             drawn.seed,
@@ -118,7 +118,7 @@ fn held_fixed(physics: &[Effect]) -> Document {
 /// Which readings are left out or flagged, and why.
 fn mark_words(mark: &ReadingMark) -> String {
     let used = if mark.status == "accepted" {
-        "Used though flagged".to_owned()
+        "Used despite a flag".to_owned()
     } else {
         format!("Left out, {}", mark.status)
     };
@@ -287,14 +287,18 @@ fn component_scatter(fit: &FitReport, basis: WeightBasis) -> Option<String> {
     let (source, load_sd, dof) = match basis {
         WeightBasis::Pooled { run_slope_sd, dof } => ("from the repeats", run_slope_sd, dof),
         WeightBasis::FromResiduals { run_slope_sd, dof } => {
-            ("from what the fit leaves over the poses", run_slope_sd, dof)
+            ("from the residuals over the poses", run_slope_sd, dof)
         }
         // What is stated has no degrees of freedom that would count.
         WeightBasis::Stated => ("as stated", 0.0, f64::INFINITY),
         WeightBasis::EachCell | WeightBasis::Equal => return None,
     };
-    let load = (load_sd > 0.0)
-        .then(|| format!("{} % of what a load moves", significant(100.0 * load_sd, 2)));
+    let load = (load_sd > 0.0).then(|| {
+        format!(
+            "{} % of the displacement under load",
+            significant(100.0 * load_sd, 2)
+        )
+    });
     let parts: Vec<String> = [displacement, rotation, load]
         .into_iter()
         .flatten()
@@ -403,7 +407,7 @@ fn agreement_sentences(fit: &FitReport) -> Vec<String> {
 fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Document {
     let mut document = Document::new();
     document.paragraph(
-        "Load cases that would determine best what is open, one after the other (standard errors now and then):",
+        "Next load cases that would best determine the open parameters (standard errors now and after each):",
     );
     for next in planned {
         let errors = next
@@ -493,7 +497,7 @@ fn runs_words(test: &RunsTest) -> String {
         ResidualOrder::Order => "Slopes of runs in order of time",
     };
     let verdict = if test.p < UNLIKELY {
-        "a structure is left: stiffbench diagnose looks for its cause"
+        "structure remains: stiffbench diagnose searches for its cause"
     } else {
         "as of independent errors"
     };
@@ -637,7 +641,7 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
         ],
     );
     let (what, own) = if fit.frames.is_some() {
-        ("positions", ", with base frame and tool point of its own")
+        ("positions", ", with its own base frame and tool point")
     } else {
         ("displacements", "")
     };
@@ -653,7 +657,7 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
     document.paragraph(format!("Root mean square error of the {what}:"));
     document.table(table);
     document.paragraph(format!(
-        "Rigid: the robot without what is fitted{own} ({without})."
+        "Rigid: the robot without the fitted parameters{own} ({without})."
     ));
     if let (Some(rigid), Some(unseen)) = (fit.rigid_unseen_m(), unseen) {
         document.paragraph(format!(

@@ -54,7 +54,7 @@ impl ImportReport {
         let _ = writeln!(
             text,
             "\nNext: stiffbench stiffness {folder}, and with a robot (--robot FILE) stiffbench fit {folder} and stiffbench diagnose {folder}.\n\
-             The next file of the same form: stiffbench import FILE --out FOLDER --mapping {folder}/mapping.toml"
+             The next file with the same columns: stiffbench import FILE --out FOLDER --mapping {folder}/mapping.toml"
         );
         text
     }
@@ -92,7 +92,7 @@ pub fn columns_text(columns: &[ColumnGuess]) -> String {
     let mut text = table.text();
     if unused > MOST_UNUSED {
         let further = unused - MOST_UNUSED;
-        let _ = writeln!(text, "{further} further columns are not used.");
+        let _ = writeln!(text, "Not used: {}.", counted(further, "further column"));
     }
     text
 }

@@ -85,7 +85,7 @@ impl<'a> ComparedFit<'a> {
     /// What it lacks, in words.
     pub fn new(name: &str, fit: &'a FittedModel, data: Vec<&'a str>) -> Result<Self, &'static str> {
         if fit.cells.is_empty() {
-            return Err("it is no fit of stiffness values");
+            return Err("it is not a fit of stiffness values");
         }
         let (reduced, dof) = fit
             .reduced_chi2
@@ -119,7 +119,7 @@ impl<'a> ComparedFit<'a> {
             (&a.pose, a.direction, &a.session) == (&b.pose, b.direction, &b.session)
                 && same(a.measured.value, b.measured.value)
         }) {
-            return Some("its cells, or their measured stiffness, are others");
+            return Some("its cells or their measured stiffness differ");
         }
         if !same_of(&|a, b| a.held_out == b.held_out) {
             return Some("it was fitted to other poses");
@@ -127,7 +127,7 @@ impl<'a> ComparedFit<'a> {
         if self.fit.sigma != other.fit.sigma
             || !same_of(&|a, b| same(a.ln_uncertainty, b.ln_uncertainty))
         {
-            return Some("it weighs the cells otherwise");
+            return Some("it weights the cells differently");
         }
         None
     }
@@ -342,7 +342,7 @@ mod tests {
         assert!((known.aicc().unwrap() - (4.0 + 4.0 + 12.0 / 7.0)).abs() < 1e-12);
         assert_eq!(
             known.differs_from(&fits[0]),
-            Some("it weighs the cells otherwise")
+            Some("it weights the cells differently")
         );
     }
 

@@ -31,7 +31,7 @@ pub enum ExportFormat {
     Sdf,
     /// ROS: bodies, joints with friction; the rest as comments.
     Urdf,
-    /// Parameters with units and intervals, and the compliance in each pose, a row a value.
+    /// Parameters with units and intervals, and the compliance in each pose, one value per row.
     Csv,
     /// The same as JSON.
     Json,

@@ -118,22 +118,22 @@ impl PredictionReport {
     pub fn text(&self) -> String {
         let number = |value: f64| significant(value, 5);
         let mut text = format!(
-            "{} answers predicted, ± {} (95 %: as far off were readings left out of the fit, {} of them; the zero of a run is not included).\n",
-            self.rows.len(),
+            "{} predicted, ± {} (95 %, from {} left out of the fit; the zero of a run is not included).\n",
+            counted(self.rows.len(), "reading"),
             number(self.band) + &unit_behind(&self.answer_unit),
-            self.band_readings
+            counted(self.band_readings, "reading")
         );
         if self.beyond_range > 0 {
             let [low, high] = self.range.map(number);
             let _ = writeln!(
                 text,
-                "Set beyond the readings of the fit, {low} to {high}{}: {}; there the band is not known.",
+                "Outside the range of the fit, {low} to {high}{}: {}; the band is not known there.",
                 unit_behind(&self.driver_unit),
                 counted(self.beyond_range, "row")
             );
         }
         if self.runs.is_empty() {
-            text.push_str("The table does not hold the answers: nothing to compare with.\n");
+            text.push_str("The table has no measured values to compare with.\n");
             return text;
         }
         let head = |what: &str| with_unit(what, &self.answer_unit);

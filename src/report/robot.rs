@@ -222,9 +222,12 @@ impl MobilityReport {
         )
         .text();
         let mut text = match self.total {
-        Some(total) => format!("{chains}\nTotal by eq. (1): F = {total}.\n\n"),
-        None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
-    };
+            Some(total) => format!("{chains}\nTotal by eq. (1): F = {total}.\n\n"),
+            None => {
+                "No body of the robot file names its `chain`, so eqs. (1) to (5) do not apply.\n\n"
+                    .to_owned()
+            }
+        };
         text.push_str(
             &table_of(
                 &self.mechanisms,
@@ -240,7 +243,7 @@ impl MobilityReport {
             )
             .text(),
         );
-        text.push_str("\nThe second table counts nothing: it is the rank of the conditions that the loops close, in the first pose of the robot.\n");
+        text.push_str("\nThe second table is the rank of the loop-closure conditions in the first pose of the robot.\n");
         text
     }
 }
@@ -334,7 +337,10 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
     }
     let _ = match check.mass_kg {
         Some(mass) => writeln!(text, "Mass: {} kg.", significant(mass, 4)),
-        None => writeln!(text, "Mass: not stated; own weight is left out."),
+        None => writeln!(
+            text,
+            "Mass: not stated; the robot's own weight is neglected."
+        ),
     };
     let _ = writeln!(text, "Held to the ground: {}.", check.held.join(", "));
     if !check.added_rigid_links.is_empty() {
@@ -344,7 +350,7 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
     if !check.free_springs.is_empty() {
         let _ = writeln!(
             text,
-            "Springs that a fit finds: {}.",
+            "Free springs, which a fit determines: {}.",
             check.free_springs.join(", ")
         );
         let _ = writeln!(
@@ -376,7 +382,7 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
         );
     }
     text.push_str(if check.findings.is_empty() {
-        "Nothing to complain about.\n"
+        "No problems found.\n"
     } else {
         "See the notes.\n"
     });

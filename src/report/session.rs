@@ -102,7 +102,7 @@ impl PlanReport {
 /// The standard errors to be expected in poses that were chosen for it, as a table.
 #[must_use]
 pub fn best_poses_document(best: &BestPoses) -> Document {
-    let mut rows = Table::new(&["parameter", "standard error to be expected", "unit"]);
+    let mut rows = Table::new(&["parameter", "expected standard error", "unit"]);
     for (parameter, error) in &best.errors {
         rows.row([
             parameter.to_string(),
@@ -119,7 +119,7 @@ pub fn best_poses_document(best: &BestPoses) -> Document {
     }
     let mut document = Document::new();
     document.paragraph(format!(
-        "Poses that determine the parameters best, of {} that may be proposed:",
+        "Poses that best determine the parameters, of {} candidates:",
         best.tried
     ));
     document.table(poses);
@@ -172,7 +172,7 @@ impl SessionOutcome {
     }
 }
 
-/// Where a session stands.
+/// The progress of a session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct StatusReport {
     /// Its folder.

@@ -61,7 +61,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
     }
     text += &rows;
     text.push_str(
-        "\nU is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It holds scatter from run to\n\
+        "\nU is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It includes scatter from run to\n\
          run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of\n\
          F/d: the paper's mean of force over displacement.\n",
     );
@@ -78,8 +78,9 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         if is_without_scatter(cell) {
             let _ = writeln!(
                 text,
-                "{}: no uncertainty: the {} runs do not differ, and no step of the gauges is known",
-                cell.cell, cell.n_runs
+                "{}: no uncertainty: the readings do not scatter ({}), and no step of the gauges is known",
+                cell.cell,
+                counted(cell.n_runs, "run")
             );
         }
         for flag in flag_lines(cell) {
@@ -112,13 +113,16 @@ fn scatter_text(pooled: Option<&PooledScatter>) -> String {
             } else {
                 format!(" in the best cell, from {most} um in the worst")
             };
-            format!("is found in 80 % of cases from {least} um off{beyond}, wherever it stands in its run")
+            format!(
+                "is found in 80 % of cases from {least} um off{beyond}, wherever it stands in its run"
+            )
         }
-        None => "is not found in every place, however far off: the repeats are too few, or show no scatter".to_owned(),
+        None => "may not be found, however far off: the repeats are too few, or show no scatter"
+            .to_owned(),
     };
     format!(
-        "\nScatter of one reading within its run, pooled over all cells ({2}): {0:.2} um, and as far as soft cells scatter more\n\
-         than stiff ones {1:.3} N times the compliance of the cell. A single bad reading that has repeats {found}.\n",
+        "\nScatter of one reading within its run, pooled over all cells ({2}): {0:.2} um, plus {1:.3} N × compliance,\n\
+         because soft cells scatter more. A single bad reading that has repeats {found}.\n",
         pooled.displacement_sd_m * 1e6,
         pooled.force_sd_n,
         degrees_of_freedom(pooled.dof)

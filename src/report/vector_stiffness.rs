@@ -103,7 +103,7 @@ impl VectorStiffnessReport {
         document.paragraph(
             "Displacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes. \
              U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines; \
-             calibration is not in it. A dash: no gauge along this axis.",
+             calibration is not included. A dash: no gauge along this axis.",
         );
         if let Some(rows) = &self.static_compliance {
             document.paragraph("Static compliance (ISO 9283), mm/N in the base frame");

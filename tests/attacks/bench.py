@@ -62,14 +62,14 @@ QUESTIONS = [
     ("force-sign", r"where .* is wanted", ["wait"]),
     ("frozen", r"while the (force|displacement) moved", ["again", "again", "skip"]),
     ("displacement-sign", r"against a force", ["again", "again", "skip"]),
-    ("implausible", r"let expect", ["again", "again", "skip"]),
+    ("implausible", r"off the prediction", ["again", "again", "skip"]),
     ("not-settled", r"not settled yet|outside its band", ["wait"]),
     ("drift", r"zero moved by .* allowed are", ["redo", "redo", "keep"]),
     ("changed", r"Before the interruption", ["again", "again", "flag"]),
     ("other-gauge", r"the session began with", ["no", "no", "stop"]),
     ("skip-reason", r"Why is .* left out", ["instrument doubtful"]),
-    ("note", r"What is to be noted", ["nothing"]),
-    ("redo-cell", r"Measure it once more", ["no"]),
+    ("note", r"What should the note say", ["nothing"]),
+    ("redo-cell", r"Measure it again", ["no"]),
 ]
 # For questions that are not in the list: the first of these that is among the choices.
 CAUTIOUS = ["again", "wait", "redo", "no", "skip"]

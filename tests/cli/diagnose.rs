@@ -426,7 +426,7 @@ fn earlier_sessions_contribute_to_the_noise() {
     assert!((dof(noise) / sum - 1.0).abs() < 0.1, "{} {sum}", dof(noise));
     let warnings = object["warnings"].to_string();
     assert!(
-        warnings.contains("scatters otherwise than this session")
+        warnings.contains("has a different scatter than this session")
             && warnings.contains("simulated-4"),
         "{warnings}"
     );

@@ -297,7 +297,7 @@ fn what_a_format_cannot_hold_is_said_and_stands_in_the_file() {
     for (form, words) in [
         (
             "mjcf",
-            "joint.J3: tied to joint.J1; a number of its own here",
+            "joint.J3: tied to joint.J1; an independent value here",
         ),
         (
             "urdf",

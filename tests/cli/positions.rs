@@ -142,7 +142,7 @@ fn a_wrong_coordinate_is_named_with_its_line() {
         assert!(one.starts_with(&begins), "{seed}: {one}");
         let right = before.iter().find(|(name, _)| name == "position_z_mm");
         let right: f64 = right.unwrap().1.parse().unwrap();
-        let expected = numbers_behind(one, "lets expect ");
+        let expected = numbers_behind(one, "predicts ");
         // Five times the scatter of a coordinate.
         assert!((expected[0] - right).abs() < 0.1, "{seed}: {one}");
     }
@@ -164,7 +164,7 @@ fn a_wrong_target_is_named_with_all_its_coordinates() {
         };
         let begins = format!("line {line}, pose {}: position x, y, z is ", before[0].1);
         assert!(one.starts_with(&begins), "{seed}: {one}");
-        for (expected, (name, _)) in numbers_behind(one, "lets expect ").iter().zip(added) {
+        for (expected, (name, _)) in numbers_behind(one, "predicts ").iter().zip(added) {
             let right = before.iter().find(|(known, _)| known == name);
             let right: f64 = right.unwrap().1.parse().unwrap();
             assert!((expected - right).abs() < 0.1, "{seed}: {one}");

@@ -68,7 +68,7 @@ fn robots() {
     both(
         &desk,
         "robot check hp-robot",
-        &["Nothing to complain about."],
+        &["No problems found."],
         "robot-check",
     );
     both(

@@ -58,7 +58,7 @@ fn a_spring_across_an_axis_is_named_with_its_size() {
         // Twice the interval: four standard errors.
         let off = (number(&size["value"]) - compliance).abs() / (0.5 * (high - low));
         assert!(off < 2.0, "{spring}: {size}");
-        // Without repeats the scatter is what the fit leaves, and no name stands without reservation.
+        // Without repeats the scatter is estimated from the residuals of the fit, and no name stands without reservation.
         let grade = diagnosis["grade"].as_str().unwrap();
         assert!(["mostly", "weak"].contains(&grade), "{spring}: {grade}");
         assert_eq!(diagnosis["noise"]["source"], "fit");

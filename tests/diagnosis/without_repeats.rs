@@ -1,4 +1,4 @@
-//! Sessions of one repeat: the scatter is what the fit leaves, so that neither *is* nor *nothing* can be said, and a law is named beside it.
+//! Sessions of one repeat: the scatter is estimated from the residuals of the fit, so that neither *is* nor *nothing* can be said, and a law is named beside it.
 
 use std::collections::BTreeMap;
 

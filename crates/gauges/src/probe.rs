@@ -222,7 +222,7 @@ impl Probe {
             let waiting = self.open.port.set_timeout(Duration::from_secs_f64(left_s));
             waiting.map_err(|error| self.lost(&error.to_string()))?;
             match self.open.port.read(&mut buffer) {
-                Ok(0) => return Err(self.lost("the system gives no bytes any more")),
+                Ok(0) => return Err(self.lost("the system delivers no more bytes")),
                 Ok(count) => {
                     heard.extend_from_slice(&buffer[..count]);
                     until_s = until_s.max(self.clock.now_s() + quiet_s);

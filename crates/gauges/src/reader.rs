@@ -80,7 +80,7 @@ impl Reader {
             let waiting = self.open.port.set_timeout(Duration::from_secs_f64(due_s));
             waiting.map_err(|error| self.lost(&error.to_string()))?;
             match self.open.port.read(&mut buffer) {
-                Ok(0) => return Err(self.lost("the system gives no bytes any more")),
+                Ok(0) => return Err(self.lost("the system delivers no more bytes")),
                 Ok(count) => {
                     let now = self.now();
                     self.record(now.at_s, What::Received(buffer[..count].to_vec()));

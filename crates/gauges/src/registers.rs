@@ -38,10 +38,10 @@ pub(super) fn exception(packet: &[u8]) -> Option<String> {
         let words = match code {
             1 => "it does not know the function",
             2 => "it has no such registers",
-            3 => "it does not take the count of registers",
+            3 => "it does not accept the number of registers",
             4 => "it has failed",
             6 => "it is busy",
-            _ => "for a reason of its own",
+            _ => "for an unspecified reason",
         };
         format!("the gauge refused the request (Modbus exception {code}): {words}")
     })

@@ -167,7 +167,7 @@ pub const QUESTIONS: [Question; 28] = [
     Question {
         id: "displacement-sign",
         form: AnswerForm::Words(&["accept", "again", "skip", "flip"]),
-        answer: "\"accept\", \"again\", \"skip\" or \"flip\" one that moves against the force",
+        answer: "\"accept\", \"again\", \"skip\" or \"flip\" a displacement that moves against the force",
     },
     Question {
         id: "force-steps",
@@ -192,7 +192,7 @@ pub const QUESTIONS: [Question; 28] = [
     Question {
         id: "implausible",
         form: AnswerForm::Words(&["accept", "again", "skip"]),
-        answer: "\"accept\", \"again\" or \"skip\" one far from its neighbours",
+        answer: "\"accept\", \"again\" or \"skip\" a reading far from its neighbours",
     },
     Question {
         id: "not-settled",

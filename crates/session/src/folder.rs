@@ -37,7 +37,7 @@ pub enum FolderError {
     #[diagnostic(
         code(stiffbench::output::exists),
         help(
-            "a session is never overwritten: choose another name, or continue this one by stiffbench session resume"
+            "a session is never overwritten: choose another name, or continue this one with stiffbench session resume"
         )
     )]
     Exists {

@@ -101,7 +101,7 @@ pub enum Damage {
         made: u32,
     },
     /// The checksum is right, but the event cannot be read: a newer program wrote it.
-    #[error("it is whole but not understood ({what}): a newer version may have written it")]
+    #[error("it is intact but not understood ({what}): a newer version may have written it")]
     NotUnderstood {
         /// The error of the reader.
         what: String,
@@ -127,10 +127,10 @@ impl JournalEnd {
     #[must_use]
     pub fn finding(&self) -> String {
         match self {
-            Self::Clean => "the journal is whole".to_owned(),
+            Self::Clean => "the journal is intact".to_owned(),
             Self::Cut { bytes: 0 } => "the last line has no line break; nothing is lost".to_owned(),
             Self::Cut { bytes } => {
-                format!("behind them {bytes} bytes of a record that was never confirmed")
+                format!("after them {bytes} bytes of a record that was never confirmed")
             }
             Self::Damaged {
                 line,
@@ -149,7 +149,7 @@ impl JournalEnd {
         let remedy = match self {
             Self::Clean => return None,
             Self::Cut { .. } => "",
-            Self::Damaged { .. } => "; stiffbench session recover writes a whole one",
+            Self::Damaged { .. } => "; stiffbench session recover writes an intact one",
         };
         Some(format!("journal.jsonl: {}{remedy}", self.finding()))
     }

@@ -10,7 +10,7 @@ pub(super) fn link_text(state: &LinkState) -> String {
             "connected, but nothing comes: switched off, asleep or in a menu?".to_owned()
         }
         LinkState::Slow { reason } => reason.to_string(),
-        LinkState::Lost { reason } => format!("the line is gone: {reason}"),
+        LinkState::Lost { reason } => format!("the line is lost: {reason}"),
         LinkState::Reconnecting { attempt } => format!("looking for it again, try {attempt}"),
         LinkState::WrongDevice { reason } => format!("something else answers: {reason}"),
         LinkState::GivenUp => "not found; plug it in and press p to search again".to_owned(),

@@ -233,7 +233,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
         self.answered += 1;
         let problem = problem.or_else(|| {
             let circle = self.answered > MOST_ANSWERS_IN_A_ROW;
-            circle.then(|| "the same answers come again and again".to_owned())
+            circle.then(|| "the same answers repeat".to_owned())
         });
         if let Some(problem) = problem {
             return Err(self.needs_input(prompt, &problem));
@@ -291,7 +291,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
         RunError::NeedsInput {
             text: prompt.text.clone(),
             help: format!(
-                "{problem}: --answer {name}=VALUE, or {name} in the file of --answer-file, would answer it; then stiffbench session resume"
+                "{problem}: answer it with --answer {name}=VALUE, or with {name} in the file of --answer-file; then stiffbench session resume"
             ),
         }
     }
@@ -311,8 +311,8 @@ impl<S: Store> RunningSession<'_, '_, S> {
         if waited_s > self.machine.longest_wait_s() {
             self.stop("no progress without an operator")?;
             return Err(RunError::NeedsInput {
-                text: format!("nothing has moved on for {waited_s:.0} s"),
-                help: "check the load and the gauges; continue by stiffbench session resume"
+                text: format!("no progress for {waited_s:.0} s"),
+                help: "check the load and the gauges; continue with stiffbench session resume"
                     .to_owned(),
             });
         }
@@ -322,7 +322,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
         self.stop("paused without an operator")?;
         Err(RunError::NeedsInput {
             text: "the session is paused".to_owned(),
-            help: "continue by stiffbench session resume without --no-input".to_owned(),
+            help: "continue with stiffbench session resume without --no-input".to_owned(),
         })
     }
 

@@ -1,4 +1,4 @@
-//! Where a session stands: a fold of its journal, and of nothing else.
+//! The progress of a session: a fold of its journal, and of nothing else.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +48,7 @@ pub struct CurrentZero {
     pub drift_m: Option<f64>,
 }
 
-/// Where a session stands.
+/// The progress of a session.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SessionState {
     /// How it began; `None` before its first event.

@@ -6,7 +6,7 @@ use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use super::operator::Prompt;
 
-/// Where a session stands.
+/// The progress of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionView {
     /// Session id.

@@ -38,7 +38,7 @@ pub struct EmulatedSetup {
     pub noise: NoiseModel,
     /// The times that the procedure plans.
     pub jack: Jack,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Whether the force gauge counts a force along the negative axis as tension: it stands on the other side.
     pub force_turned: bool,

@@ -19,7 +19,7 @@ pub struct NoiseModel {
     pub run_slope_sd: f64,
     /// Step of the displacement gauge, m.
     pub displacement_step_m: f64,
-    /// Step of the force gauge, N.
+    /// Display step of the force gauge, N.
     pub force_step_n: f64,
     /// How the errors are distributed.
     pub shape: NoiseShape,

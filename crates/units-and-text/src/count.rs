@@ -19,6 +19,18 @@ pub fn counted(count: impl Display, what: &str) -> String {
     }
 }
 
+/// A duration in hours and minutes, of two hours and more rounded to ten minutes: `45 min`, `6 h 50 min`.
+#[must_use]
+pub fn hours_and_minutes(minutes: f64) -> String {
+    let step = if minutes < 120.0 { 1.0 } else { 10.0 };
+    let minutes = (minutes / step).round() * step;
+    match ((minutes / 60.0).floor(), minutes % 60.0) {
+        (hours, 0.0) if hours > 0.0 => format!("{hours} h"),
+        (hours, rest) if hours > 0.0 => format!("{hours} h {rest} min"),
+        (_, rest) => format!("{rest} min"),
+    }
+}
+
 /// Degrees of freedom, to whole ones: `1 degree of freedom`.
 #[must_use]
 pub fn degrees_of_freedom(dof: f64) -> String {
@@ -36,5 +48,15 @@ mod tests {
         assert_eq!(counted(11, "accepted reading"), "11 accepted readings");
         assert_eq!(degrees_of_freedom(1.2), "1 degree of freedom");
         assert_eq!(degrees_of_freedom(1.7), "2 degrees of freedom");
+    }
+
+    #[test]
+    fn long_durations_have_hours() {
+        assert_eq!(hours_and_minutes(0.4), "0 min");
+        assert_eq!(hours_and_minutes(44.6), "45 min");
+        assert_eq!(hours_and_minutes(60.0), "1 h");
+        assert_eq!(hours_and_minutes(118.0), "1 h 58 min");
+        assert_eq!(hours_and_minutes(178.0), "3 h");
+        assert_eq!(hours_and_minutes(409.0), "6 h 50 min");
     }
 }

@@ -36,7 +36,7 @@ def stiffness(data: PathLike, **options: Any) -> dict[str, Any]:
     Parameters
     ----------
     data : path
-        Session folder, readings file, or a gauge's own log.
+        Session folder, readings file, or gauge log.
     **options
         Options of the command: ``branches="both"``, ``force_u="0.1N"``. A switch is True, an option that may be repeated a list.
 
@@ -107,7 +107,7 @@ def tables(data: PathLike, *, arrays: bool = False, **options: Any) -> dict[str,
     Parameters
     ----------
     data : path
-        Session folder, readings file, load cases, or a gauge's own log.
+        Session folder, readings file, load cases, or gauge log.
     arrays : bool
         Dictionaries of NumPy arrays instead of data frames; pandas is then not needed.
     **options

@@ -287,7 +287,7 @@ impl DhReader<'_> {
         }
         Err(self.error(
             path,
-            "this is no finite number",
+            "this is not a finite number",
             "a table holds numbers; units are part of the key, for example a_mm",
         ))
     }

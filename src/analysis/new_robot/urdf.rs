@@ -74,7 +74,7 @@ pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
         return Err(error(0, message, "name a URDF file that describes a robot"));
     }
     if source.text.contains('\0') {
-        let message = "this is no text in UTF-8: it has zero bytes, as UTF-16 has".to_owned();
+        let message = "this is not UTF-8 text: it has zero bytes, as UTF-16 has".to_owned();
         let help = "save it in UTF-8, for example: iconv -f UTF-16LE -t UTF-8 FILE > NEW";
         return Err(error(0, message, help));
     }

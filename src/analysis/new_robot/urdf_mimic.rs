@@ -56,7 +56,7 @@ impl UrdfTree<'_> {
             let mut joints = self.urdf.joints.iter();
             let Some(next) = joints.find(|joint| joint.name == *name) else {
                 return Ok(Err(format!(
-                    "follows joint `{name}`, which is no joint of this file"
+                    "follows joint `{name}`, which is not a joint of this file"
                 )));
             };
             steps += 1;

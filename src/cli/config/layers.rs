@@ -157,7 +157,7 @@ struct ConfigFile {
     operator: Option<String>,
     /// Place of new sessions.
     place: Option<String>,
-    /// Progress on standard error: auto, bar, text or none.
+    /// How to show progress on standard error: auto, bar, text or none.
     progress: Option<String>,
     /// Folder with gauge descriptions of your own.
     protocols: Option<String>,

@@ -24,7 +24,7 @@ use layers::{ConfigSetting, SETTINGS, SetValue, json_schema};
 /// Arguments of `config`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench config show --origin                  each value in force, and where it comes from\n  stiffbench config show --origin my-session       of the data of this session\n  stiffbench config path                           where files are looked for\n  stiffbench config show --schema > stiffbench.schema.json"
+    after_help = "Examples:\n  stiffbench config show --origin                  each value in force, and where it comes from\n  stiffbench config show --origin my-session       with the settings of this session\n  stiffbench config path                           where files are searched\n  stiffbench config show --schema > stiffbench.schema.json"
 )]
 pub(super) struct ConfigArgs {
     /// What to do.
@@ -37,17 +37,17 @@ pub(super) struct ConfigArgs {
 enum ConfigCommand {
     /// Print each setting with the value in force
     Show {
-        /// Folder of a session: what it states of its own counts before variables and files
+        /// Session folder: its own settings take precedence over variables and files
         #[arg(conflicts_with = "schema")]
         session: Option<PathBuf>,
-        /// Print where each value comes from too: default, file, variable, session or option
+        /// Also print where each value comes from: default, file, variable, session or option
         #[arg(long)]
         origin: bool,
-        /// Instead: the JSON Schema of configuration files
+        /// Print the JSON Schema of configuration files instead
         #[arg(long, conflicts_with = "origin")]
         schema: bool,
     },
-    /// Print where configuration files are looked for; the first counts most
+    /// Print where configuration files are searched; the first takes precedence
     Path,
 }
 

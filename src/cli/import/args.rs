@@ -21,30 +21,30 @@ use crate::table_files::FieldDelimiter;
     after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z\n  stiffbench import force.txt --instrument mark10-series5 --displacement-log travel.csv --out raw-logs --direction z"
 )]
 pub(in crate::cli) struct ImportArgs {
-    /// Table of any program: CSV, TSV, LabVIEW, XLSX, exports of testing machines, logs of gauges
+    /// Table of any program: CSV, TSV, LabVIEW, XLSX, export of a testing machine, gauge log
     pub(super) file: PathBuf,
-    /// Session folder to make
+    /// Session folder to create
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
-    /// What columns hold, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; a column by its name or number
+    /// Assign columns to quantities, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; give a column by name or number
     #[arg(long, value_name = "WHAT=COLUMN")]
     pub(super) map: Vec<String>,
-    /// Mapping of an earlier import, mapping.toml in its folder; the other options go before it
+    /// Mapping of an earlier import, mapping.toml in its folder; the other options override it
     #[arg(long, value_name = "FILE")]
     pub(super) mapping: Option<PathBuf>,
-    /// Pose of all rows, where no column names it
+    /// Pose of all rows, if no column states it
     #[arg(long)]
     pub(super) pose: Option<String>,
-    /// Direction of all rows: x, y, z, or -x for loads that count along the negative axis
+    /// Direction of all rows: x, y, z, or -x for loads counted along the negative axis
     #[arg(long, allow_hyphen_values = true)]
     pub(super) direction: Option<String>,
     /// Units of force and displacement, for example kgf,mm
     #[arg(long, value_name = "FORCE,DISPLACEMENT")]
     pub(super) units: Option<String>,
-    /// Unit of the force, where the file states none or a wrong one
+    /// Unit of the force, if the file states none or a wrong one
     #[arg(long, value_name = "UNIT")]
     pub(super) force_unit: Option<String>,
-    /// Unit of the displacement, where the file states none or a wrong one
+    /// Unit of the displacement, if the file states none or a wrong one
     #[arg(long, value_name = "UNIT")]
     pub(super) displacement_unit: Option<String>,
     /// Unit of the time [default: that of the file, else s]
@@ -53,16 +53,16 @@ pub(in crate::cli) struct ImportArgs {
     /// Unit of joint values: deg or rad [default: that of the file]
     #[arg(long, value_name = "UNIT")]
     pub(super) joint_unit: Option<String>,
-    /// Turn the sign of every force or displacement
+    /// Reverse the sign of every force or displacement
     #[arg(long, value_parser = one_of(FLIPS))]
     flip: Vec<ImportedQuantity>,
-    /// What delimits fields: tab, ;, comma or blanks [default: found from all lines]
+    /// Field delimiter: tab, ;, comma or blanks [default: detected from all lines]
     #[arg(long, value_parser = one_of(DELIMITERS))]
     delimiter: Option<FieldDelimiter>,
-    /// Decimal sign of the numbers [default: found from all of them]
+    /// Decimal sign of the numbers [default: detected from all of them]
     #[arg(long, value_parser = one_of(decimals()))]
     decimal: Option<MarkWord>,
-    /// Mark between thousands; none: a mark with three digits behind it is the decimal sign
+    /// Thousands separator; none: a mark followed by three digits is the decimal sign
     #[arg(long, value_parser = one_of(THOUSANDS))]
     thousands: Option<MarkWord>,
     /// Sheet of a spreadsheet [default: the only one with rows of numbers]
@@ -74,7 +74,7 @@ pub(in crate::cli) struct ImportArgs {
     /// Lines as gauges send them.
     #[command(flatten)]
     pub(super) gauge_lines: GaugeLineArgs,
-    /// Name of a shipped robot, or a robot file: it goes into the session, and columns named like its variables hold joint values
+    /// Name of a shipped robot, or a robot file: it is copied into the session, and columns named like its variables hold joint values
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) robot: Option<String>,
     /// Records of the gauges in the form of session.toml
@@ -113,7 +113,7 @@ fn decimals() -> [OptionValue<MarkWord>; 2] {
 const THOUSANDS: [OptionValue<MarkWord>; 3] = [
     ("point", "1.000,5", MarkWord::Point),
     ("comma", "1,000.5", MarkWord::Comma),
-    ("none", "1.000 is one", MarkWord::None),
+    ("none", "1.000 is 1", MarkWord::None),
 ];
 
 impl ImportArgs {

@@ -24,7 +24,7 @@ pub(in crate::cli) struct MapArgs {
     /// The study.
     #[command(flatten)]
     pub(super) study: StudyArgs,
-    /// Work out the share K of N only and write it as a shard file into the folder of --out; map merge joins them
+    /// Compute only shard K of N and write it into the folder of --out; map merge joins the shards
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "out")]
     pub(super) shard: Option<Shard>,
     /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
@@ -33,10 +33,10 @@ pub(in crate::cli) struct MapArgs {
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
     #[arg(long = "with-figures", requires = "out", conflicts_with = "shard")]
     pub(super) figures: bool,
-    /// With --out: also figures of what the second of two mechanisms has more than the first
+    /// With --out: also figures of the second mechanism minus the first, and of their ratio
     #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
     pub(super) difference: Option<[String; 2]>,
-    /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
+    /// Value shown in a square of a figure, taken over its poses [default: mean, or least if more than two variables vary]
     #[arg(long, value_parser = one_of(CELLS), requires = "out", conflicts_with = "shard")]
     pub(super) cell: Option<BinValue>,
     /// What is asked instead of the stiffness.
@@ -58,16 +58,16 @@ impl MapArgs {
 /// Questions other than that for the stiffness.
 #[derive(Debug, Args)]
 pub(super) struct Asked {
-    /// Load at the end, N and N*m: its displacement and rotation instead of the stiffness
+    /// Map displacement and rotation under this load at the end (N and N*m) instead of the stiffness
     #[arg(long, value_name = "FX,FY,FZ[,MX,MY,MZ]", value_parser = end_load, allow_hyphen_values = true, conflicts_with = "shard")]
     pub(super) load: Option<EndLoad>,
-    /// With --load: the largest load along it that moves the end by no more than this, mm
+    /// With --load: also the largest load in its direction that moves the end by at most this, mm
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "load")]
     pub(super) limit: Option<f64>,
-    /// Sag of the end under the robot's own weight, instead of the stiffness; needs masses in the robot file
+    /// Map the sag of the end under the robot's own weight instead of the stiffness; needs masses in the robot file
     #[arg(long, conflicts_with = "shard")]
     pub(super) sag: bool,
-    /// What the least and the mean stiffness depend on: sections and joints [mechanism: the last, unless named]
+    /// Print the sensitivity of the smallest and the mean stiffness to sections and joints [mechanism: the last, unless named]
     #[arg(long, conflicts_with = "shard")]
     pub(super) sensitivity: bool,
 }
@@ -116,7 +116,7 @@ fn two_names(text: &str) -> Result<[String; 2], String> {
 /// Subcommands of `map`.
 #[derive(Debug, Subcommand)]
 pub(super) enum MapCommand {
-    /// Join shards: the result is that of the whole study, byte by byte, however it was split
+    /// Merge shards; the result is byte-identical to that of the study in one piece
     Merge(MergeArgs),
 }
 
@@ -133,7 +133,7 @@ pub(super) struct MergeArgs {
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
     #[arg(long = "with-figures", requires = "out")]
     pub(super) figures: bool,
-    /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
+    /// Value shown in a square of a figure, taken over its poses [default: mean, or least if more than two variables vary]
     #[arg(long, value_parser = one_of(CELLS), requires = "out")]
     pub(super) cell: Option<BinValue>,
 }
@@ -161,40 +161,40 @@ pub(super) struct StudyArgs {
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the fit's or the model's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "fit")]
     pub(super) factors: Option<String>,
-    /// What stiffbench fit --json printed: its factors, and their uncertainty carried to the map
+    /// Output of stiffbench fit --json: its factors, with their uncertainty propagated to the map
     #[arg(long, value_name = "FILE")]
     pub(super) fit: Option<PathBuf>,
     /// Model with found physics, as diagnose writes it
     #[arg(long, value_name = "FILE")]
     pub(super) model: Option<PathBuf>,
-    /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
+    /// Effect in addition to the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     pub(super) effects: Vec<String>,
-    /// Load at which joints that are not linear have their secant stiffness, N
+    /// Load for the secant stiffness of nonlinear joints, N
     #[arg(long, value_name = "N", value_parser = load, allow_negative_numbers = true)]
     pub(super) at_load: Option<f64>,
     /// Number of poses within the limits; a grid has at least as many
     #[arg(long = "samples", value_name = "N", default_value_t = 50_000, value_parser = count_up_to(MOST_POSES))]
     pub(super) poses: usize,
-    /// How poses are chosen
+    /// Sampling of the poses
     #[arg(long, value_parser = one_of(SAMPLINGS), default_value = "monte-carlo")]
     pub(super) sampling: Sampling,
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// The two coordinates of the end that the map is over: x, y, z, or r for the distance from the vertical axis [default: r and the vertical]
+    /// Two coordinates of the end that span the map: x, y, z, or r for the distance from the vertical axis [default: r and the vertical]
     #[arg(long, value_name = "AXIS,AXIS", value_parser = plane)]
     pub(super) plane: Option<PlaneChoice>,
     /// Variables to vary, comma-separated [default: those that change a coordinate of the plane]
     #[arg(long, value_delimiter = ',', value_name = "VARIABLE,...")]
     pub(super) vary: Option<Vec<String>>,
-    /// Directions: axes (x,y,z; rx,ry,rz for the rotational stiffness about them) or a vector (0,1,1); more than once for more [default: x,y,z]
+    /// Directions: axes (x,y,z; rx,ry,rz for the rotational stiffness about them) or a vector (0,1,1); repeatable [default: x,y,z]
     #[arg(long = "directions", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
     pub(super) directions: Vec<DirectionChoice>,
     /// Leave out the principal stiffnesses
     #[arg(long)]
     pub(super) no_principal: bool,
-    /// The 6 x 6 Cartesian stiffness in each pose, SI, or its inverse, the compliance
+    /// Add the 6 x 6 Cartesian stiffness in each pose, SI, or its inverse, the compliance
     #[arg(long, value_parser = one_of(MATRICES), value_name = "KIND", num_args = 0..=1, require_equals = true, default_missing_value = "stiffness")]
     pub(super) matrix: Option<MatrixKind>,
 }
@@ -235,13 +235,13 @@ fn plane(text: &str) -> Result<PlaneChoice, String> {
     }
 }
 
-/// How poses are chosen.
+/// Sampling of the poses.
 const SAMPLINGS: [OptionValue<Sampling>; 3] = [
-    ("monte-carlo", "At random, evenly", Sampling::MonteCarlo),
-    ("grid", "Middles of equal cells", Sampling::Grid),
+    ("monte-carlo", "Uniformly at random", Sampling::MonteCarlo),
+    ("grid", "Centres of equal cells", Sampling::Grid),
     (
         "low-discrepancy",
-        "More even than chance, any number of them",
+        "Low-discrepancy sequence: more even than random, any number of poses",
         Sampling::LowDiscrepancy,
     ),
 ];

@@ -29,35 +29,35 @@ pub(in crate::cli) struct ReportArgs {
 /// What can be done with a report.
 #[derive(Debug, Subcommand)]
 pub(super) enum ReportCommand {
-    /// Check every number of a report: against the data in the page, and against the session
+    /// Check every number in a report against the data in the page and against the session
     Verify(VerifyArgs),
 }
 
 /// Arguments that make a report.
 #[derive(Debug, Args)]
 pub(super) struct MakeArgs {
-    /// Session folder or readings file; further ones of the same robot are fitted and diagnosed together
+    /// Session folder or readings file; further sessions of the same robot are fitted and diagnosed together
     #[arg(required_unless_present_any = ["details_template", "print_template"], value_name = "DATA")]
     pub(super) data: Vec<PathBuf>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// Poses to fit, comma-separated; the others are held out [default: all, assessed by leaving each out in turn]
+    /// Poses to fit, comma-separated; the others are held out [default: all, validated by leaving each out in turn]
     #[arg(long, value_delimiter = ',')]
     pub(super) train: Option<Vec<String>>,
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Leave out the diagnosis
     #[arg(long)]
     pub(super) no_diagnosis: bool,
-    /// The file to write, never over another; - for standard output [default: report.html in the session folder, or beside the readings file]
+    /// File to write, never an existing one; - for standard output [default: report.html in the session folder, or beside the readings file]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
-    /// Form of the file [default: markdown for a file that ends in .md, typst for .typ, else html]
+    /// Format of the file [default: markdown for a file that ends in .md, typst for .typ, else html]
     #[arg(long, value_enum)]
     pub(super) format: Option<PageFormat>,
-    /// Write the figures into this folder too
+    /// Also write the figures into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
     /// What reports share.
@@ -66,10 +66,10 @@ pub(super) struct MakeArgs {
     /// Calibration of the gauges.
     #[command(flatten)]
     pub(super) calibration: CalibrationArgs,
-    /// Print a report.toml to be filled in
+    /// Print a report.toml to fill in
     #[arg(long)]
     pub(super) details_template: bool,
-    /// Print the template of the format
+    /// Print the standard template of the format
     #[arg(long)]
     pub(super) print_template: bool,
 }
@@ -77,19 +77,19 @@ pub(super) struct MakeArgs {
 /// Options of every report.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Args)]
 pub(in crate::cli) struct PageArgs {
-    /// Statements on laboratory, customer, item and requirements; more than once: later files go first
+    /// TOML file with statements on laboratory, customer, item and requirements; repeatable, later files take precedence
     #[arg(long, value_name = "FILE")]
     pub(super) details: Vec<PathBuf>,
     /// Day of issue, YYYY-MM-DD [default: SOURCE_DATE_EPOCH, else the last day of the session]
     #[arg(long, value_name = "DATE")]
     pub(super) issued: Option<jiff::civil::Date>,
-    /// Number of the report that this one replaces
+    /// Number of the report that this report replaces
     #[arg(long, value_name = "NUMBER", requires = "reason", value_parser = NonEmptyStringValueParser::new())]
     pub(super) amends: Option<String>,
     /// Why the report is replaced
     #[arg(long, value_name = "TEXT", requires = "amends", value_parser = NonEmptyStringValueParser::new())]
     pub(super) reason: Option<String>,
-    /// Template of your own instead of the usual one
+    /// Your own template instead of the standard one
     #[arg(long, value_name = "FILE")]
     pub(super) template: Option<PathBuf>,
 }
@@ -121,18 +121,18 @@ impl MakeArgs {
 /// Arguments of `report verify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 verified, or consistent where no data are named; 30 something differs; 11 the file is no report, or it was not compared as a whole because another version, commit or template rendered it.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
+    after_help = "Exit codes: 0 verified, or consistent where no data are named; 30 something differs; 11 the file is not a report, or was not compared as a whole because another version, commit or template rendered it.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
 )]
 pub(super) struct VerifyArgs {
     /// HTML file that stiffbench report wrote
     pub(super) page: PathBuf,
-    /// The data that the report was made of, in the same order
+    /// Data of the report, in the same order
     #[arg(value_name = "DATA")]
     pub(super) sessions: Vec<PathBuf>,
     /// Robot and model, where they lie elsewhere than when the report was made.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// The template of the report, if it was not the usual one
+    /// Template of the report, if it was not the standard one
     #[arg(long, value_name = "FILE")]
     pub(super) template: Option<PathBuf>,
 }

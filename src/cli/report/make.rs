@@ -160,11 +160,11 @@ fn outcome(
         let _ = writeln!(text, "{line}");
     }
     if !page.marks.is_empty() {
-        let _ = writeln!(text, "Across the page: {}", page.marks.join(", "));
+        let _ = writeln!(text, "Watermark: {}", page.marks.join(", "));
     }
     let missing = page.missing();
     if !missing.is_empty() {
-        text.push_str("\nMissing after ISO/IEC 17025:2017, 7.8.2.1, and marked on the page (report.toml states them, see --details-template):\n");
+        text.push_str("\nMissing according to ISO/IEC 17025:2017, 7.8.2.1, and marked on the page (report.toml states them, see --details-template):\n");
         for item in &missing {
             let _ = writeln!(text, "  {item}");
         }

@@ -102,7 +102,7 @@ fn source_date() -> Result<Option<String>, ArgumentError> {
     let Some(time) = time else {
         return Err(ArgumentError::new(
             format!("SOURCE_DATE_EPOCH {text}"),
-            "it is no number of seconds since 1970",
+            "it is not a number of seconds since 1970",
             "unset it, or name the day of issue with --issued",
         ));
     };

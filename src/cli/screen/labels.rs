@@ -69,7 +69,7 @@ pub(super) fn duration(seconds: f64) -> String {
 /// What the operator is to do, as an order.
 pub(super) fn task(task: &Task) -> String {
     match task {
-        Task::CheckInstruments => "Asking the gauges who they are".to_owned(),
+        Task::CheckInstruments => "Querying the identity of the gauges".to_owned(),
         Task::Answer => "Answer the question below".to_owned(),
         Task::SetUp { pose, direction } => {
             format!("Set the robot to {pose}; jack and gauges along {direction}")
@@ -101,7 +101,7 @@ pub(super) fn task(task: &Task) -> String {
             format!("Keep {target_n:.1} N on for {left_s:.0} s more")
         }
         Task::Wait => "Wait".to_owned(),
-        Task::Paused => "Paused: p goes on".to_owned(),
+        Task::Paused => "Paused: p continues".to_owned(),
         Task::Done => "Done".to_owned(),
     }
 }

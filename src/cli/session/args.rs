@@ -17,7 +17,7 @@ use crate::test_point::Direction;
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r repeats the last reading, g goes to a cell, s skips, n adds a note,\np pauses; Ctrl-C ends at the next safe point, a second Ctrl-C at once. Every confirmed reading is on disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -28,21 +28,21 @@ pub(in crate::cli) struct SessionArgs {
 /// Subcommands of `session`.
 #[derive(Debug, Subcommand)]
 pub(super) enum SessionCommand {
-    /// Every step and question of a session, how long it takes, which files it makes; no port is touched
+    /// Print the steps, questions, duration and files of a session; no port is opened
     Plan(Box<PlanArgs>),
-    /// Measure: make a session folder and guide the operator through the procedure
+    /// Measure: create a session folder and guide the operator through the procedure
     Run(Box<RunArgs>),
-    /// Go on with a session that was interrupted, at its first open reading
+    /// Resume an interrupted session at its first open reading
     Resume(Box<ResumeArgs>),
-    /// Where a session stands
+    /// Print the progress of a session
     Status(FolderArgs),
-    /// Whether the journal of a session is whole
+    /// Verify that the journal of a session is intact and that its files agree with it
     Verify(FolderArgs),
-    /// Keep what is good of a damaged session, in a new folder
+    /// Recover the intact part of a damaged session into a new folder
     Recover(RecoverArgs),
-    /// What happened in a session, line by line
+    /// Print the events of a session, one per line
     Log(FolderArgs),
-    /// Take back the last reading, skip or flag of a session that has stopped and is not complete; say what it was
+    /// Undo the last reading, skip or flag of a stopped, incomplete session, and print what it was
     Undo(FolderArgs),
     /// Replay the traces of a session through decoder and session logic, into a new folder, and compare the readings
     Replay(SessionReplayArgs),
@@ -68,7 +68,7 @@ pub(super) struct PlanArgs {
     /// Which procedure.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
-    /// Where displacements are read.
+    /// Place of the measurement displacements are read.
     #[command(flatten)]
     pub(super) axes: AxesArgs,
     /// Which poses determine the parameters best.
@@ -79,10 +79,10 @@ pub(super) struct PlanArgs {
 /// Poses of the program's own choice.
 #[derive(Debug, Default, Args)]
 pub(super) struct BestPosesArgs {
-    /// Choose this many poses within the limits of the robot: those that determine the free parameters best
+    /// Choose this many poses within the limits of the robot that best determine the free parameters
     #[arg(long, value_name = "N", conflicts_with = "poses")]
     pub(super) best_poses: Option<usize>,
-    /// Parameters to free, which the poses are to determine: joint.NAME, base.rx, beam.Iy [default: the springs that the robot file frees, else those of all joints]
+    /// Free parameters that the poses are to determine: joint.NAME, base.rx, beam.Iy [default: the springs that the robot file frees, else those of all joints]
     #[arg(
         long,
         value_delimiter = ',',
@@ -90,7 +90,7 @@ pub(super) struct BestPosesArgs {
         requires = "best_poses"
     )]
     pub(super) free: Vec<String>,
-    /// Write the procedure that is planned, for --procedure
+    /// Write the planned procedure as a file for --procedure
     #[arg(long, value_name = "FILE")]
     pub(super) save_procedure: Option<PathBuf>,
     /// Which poses may be chosen.
@@ -101,10 +101,10 @@ pub(super) struct BestPosesArgs {
 /// Arguments of `session recover`.
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
-    /// Session folder; it is not touched
+    /// Session folder; it is not changed
     #[arg(value_name = "SESSION")]
     pub(super) folder: PathBuf,
-    /// Session folder to make; must not exist
+    /// Session folder to create; must not exist
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
 }
@@ -115,10 +115,10 @@ pub(super) struct SessionReplayArgs {
     /// Session folder with its traces; it is not touched
     #[arg(value_name = "SESSION")]
     pub(super) folder: PathBuf,
-    /// Session folder to make; must not exist
+    /// Session folder to create; must not exist
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
-    /// How many times as fast as the real clock; max for as fast as possible
+    /// Speed relative to the real clock; max for as fast as possible
     #[arg(long, default_value = "max", value_parser = pace)]
     pub(super) speed: Speed,
     /// More descriptions.
@@ -129,7 +129,7 @@ pub(super) struct SessionReplayArgs {
 /// Arguments of `session run`.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Session folder to make; must not exist
+    /// Session folder to create; must not exist
     #[arg(value_name = "SESSION")]
     pub(super) out: PathBuf,
     /// Which robot.
@@ -138,7 +138,7 @@ pub(super) struct RunArgs {
     /// Which procedure.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
-    /// Where displacements are read.
+    /// Place of the measurement displacements are read.
     #[command(flatten)]
     pub(super) axes: AxesArgs,
     /// What it is measured with.
@@ -151,16 +151,16 @@ pub(super) struct RunArgs {
         help_heading = "Record"
     )]
     pub(super) instruments: Option<PathBuf>,
-    /// Who measures
+    /// Name of the operator
     #[arg(long, help_heading = "Record")]
     pub(super) operator: Option<String>,
-    /// Which specimen is measured; one of the procedure's, where it lists any
+    /// Specimen that is measured; one of the procedure's, if it lists any
     #[arg(long, value_name = "ID", help_heading = "Record")]
     pub(super) specimen_id: Option<String>,
-    /// Where
+    /// Place of the measurement
     #[arg(long, help_heading = "Record")]
     pub(super) place: Option<String>,
-    /// Measure nothing and write nothing: check all arguments and print every step, question and file, and how long it takes, as session plan does
+    /// Check all arguments and print the plan like session plan, with every file and the duration; measure and write nothing
     #[arg(long, help_heading = "Record")]
     pub(super) dry_run: bool,
 }
@@ -180,22 +180,22 @@ pub(super) struct ResumeArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Bench")]
 pub(super) struct BenchArgs {
-    /// Description of the force gauge: a name or a file [default: the one bound by stiffbench ports]
+    /// Description of the force gauge: a name or a file [default: that of the bindings file]
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) force_instrument: Option<String>,
     /// Port of the force gauge
     #[arg(long, value_name = "PORT")]
     pub(super) force_port: Option<String>,
-    /// Unit that the force gauge is set to, where it does not send one
+    /// Unit set at the force gauge, if it does not send its unit
     #[arg(long, value_name = "UNIT")]
     pub(super) force_unit: Option<String>,
-    /// Description of the displacement gauge: a name or a file; with several gauges of all, or x=NAME of one
+    /// Description of the displacement gauge: a name or a file; with several gauges that of all, or x=NAME for one
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) displacement_instrument: Vec<String>,
     /// Port of the displacement gauge; with several gauges x=PORT for each
     #[arg(long, value_name = "PORT")]
     pub(super) displacement_port: Vec<String>,
-    /// Unit that the displacement gauge is set to, where it does not send one; with several gauges of all, or x=UNIT of one
+    /// Unit set at the displacement gauge, if it does not send its unit; with several gauges that of all, or x=UNIT for one
     #[arg(long, value_name = "UNIT")]
     pub(super) displacement_unit: Vec<String>,
     /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
@@ -204,14 +204,14 @@ pub(super) struct BenchArgs {
     /// More descriptions.
     #[command(flatten)]
     pub(super) protocols: ProtocolsArgs,
-    /// Use a description that nobody has verified
+    /// Use an unverified description
     #[arg(long)]
     pub(super) allow_unverified: bool,
-    /// Measure an emulated bench: emulated gauges behind real ports, one robot, and a hand that does what is asked for
+    /// Measure an emulated bench: emulated gauges behind real ports, a virtual robot and a simulated operator
     #[cfg(unix)]
     #[arg(long)]
     pub(super) emulated: bool,
-    /// How many times as fast as the real clock, with --emulated
+    /// Speed relative to the real clock, with --emulated
     #[cfg(unix)]
     #[arg(long, default_value_t = 1.0, requires = "emulated", value_parser = speed)]
     pub(super) speed: f64,
@@ -222,13 +222,13 @@ pub(super) struct BenchArgs {
     /// When a reading is taken
     #[arg(long, value_enum, default_value_t = CaptureWord::Settled, help_heading = "Guiding")]
     pub(super) capture: CaptureWord,
-    /// Answers to questions, beforehand: a TOML file
+    /// TOML file with answers to questions, given beforehand
     #[arg(long = "answer-file", value_name = "FILE", help_heading = "Guiding")]
     pub(super) answers: Option<PathBuf>,
-    /// Answer to a question, beforehand; more than once for more
+    /// Answer to a question, given beforehand; repeatable
     #[arg(long = "answer", value_name = "ID=VALUE", help_heading = "Guiding")]
     pub(super) answer: Vec<String>,
-    /// Plain lines instead of the full-screen view
+    /// Print plain lines instead of the full-screen view
     #[arg(long, help_heading = "Guiding")]
     pub(super) line: bool,
 }

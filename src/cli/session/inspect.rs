@@ -7,6 +7,7 @@ use crate::analysis::Inputs;
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
+use crate::count::hours_and_minutes;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
 use crate::session::{
@@ -16,7 +17,7 @@ use crate::session::{
 
 use super::prepare::{day_of_last_event, overdue, plan_of};
 
-/// Where a session stands.
+/// Prints the progress of a session.
 pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let (plan, header, _) = plan_of(&read)?;
@@ -65,8 +66,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     if let Some(next) = &next {
         let left = match (left_s / 60.0).round() {
             0.0 => "less than a minute".to_owned(),
-            1.0 => "about a minute".to_owned(),
-            minutes => format!("some {minutes} minutes"),
+            minutes => format!("about {}", hours_and_minutes(minutes)),
         };
         let _ = writeln!(
             text,
@@ -137,10 +137,10 @@ pub(super) fn event_text(event: &Event) -> String {
             started.session, started.procedure
         ),
         Event::Resumed(resumed) => match resumed.cut_bytes {
-            0 => "taken up again".to_owned(),
-            bytes => format!(
-                "taken up again; {bytes} bytes of a record that was never confirmed were cut off"
-            ),
+            0 => "resumed".to_owned(),
+            bytes => {
+                format!("resumed; {bytes} bytes of a record that was never confirmed were cut off")
+            }
         },
         Event::Instrument(seen) => format!(
             "{} gauge: {} on {} in {}",

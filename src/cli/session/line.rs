@@ -17,7 +17,7 @@ use crate::session::{
 const BETWEEN_LINES_S: f64 = 5.0;
 
 /// What the keys do.
-const KEYS: &str = "enter or any other line: take the reading; r: once more; g N: go to cell N; s, S: skip reading, cell; n TEXT: note; p: pause; q: end";
+const KEYS: &str = "enter or any other line: take the reading; r: repeat it; g N: go to cell N; s, S: skip reading, cell; n TEXT: note; p: pause; q: end";
 
 /// An operator who reads lines on standard error and types them on standard input.
 pub(super) struct LineOperator {
@@ -200,7 +200,7 @@ fn choices(prompt: &Prompt) -> String {
         }
         PromptKind::Checklist(items) => {
             let items = items.join("\n  [ ] ");
-            format!("\n  [ ] {items}\n  [yes when all of it is so]")
+            format!("\n  [ ] {items}\n  [yes when all of it is true]")
         }
     }
 }
@@ -233,7 +233,7 @@ fn task_line(view: &SessionView) -> Option<String> {
         }
         Task::Hold { target_n, left_s } => Some(format!("> hold {target_n} N for {left_s:.0} s")),
         Task::PushByHand { direction, .. } => Some(format!("> sign check along {direction}")),
-        Task::Paused => Some("> paused: p goes on".to_owned()),
+        Task::Paused => Some("> paused: p continues".to_owned()),
         Task::CheckInstruments => Some("> waiting for the gauges".to_owned()),
         Task::Answer | Task::SetUp { .. } | Task::Wait | Task::Done => None,
     }

@@ -10,7 +10,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
 use crate::clock::Clock;
-use crate::count::counted;
+use crate::count::{counted, hours_and_minutes};
 use crate::fit::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
@@ -91,11 +91,11 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
 fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) -> Outcome {
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
     let mut text = format!(
-        "Procedure {}: {} in {}, some {:.0} minutes\n",
+        "Procedure {}: {} in {}, about {}\n",
         procedure.name,
         counted(plan.len(), "reading"),
         counted(plan.cells.len(), "cell"),
-        seconds / 60.0
+        hours_and_minutes(seconds / 60.0)
     );
     let axes = &procedure.displacement_axes;
     if axes.is_empty() {

@@ -31,13 +31,13 @@ const PART: u8 = 30;
 /// Exit code for data of which nothing can be read.
 const NOTHING: u8 = 31;
 
-/// Whether the journal of a session is whole.
+/// Verifies that the journal of a session is intact and that its files agree with it.
 pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let has_journal = session_file(folder, "journal.jsonl")?.is_some();
     let file = session_file(folder, "readings.csv")?;
     if !has_journal && file.is_some() {
         let text = format!(
-            "{}: not protected: there is no journal that the readings could be compared with\n",
+            "{}: not protected: there is no journal to compare the readings with\n",
             folder.display()
         );
         let report = VerifyReport {
@@ -65,7 +65,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         let names = not_verified.join("; ");
         let _ = writeln!(
             files_found,
-            "not verified, for the journal has no hash of it: {names}"
+            "not verified, because the journal has no hash of it: {names}"
         );
     }
     if exit == PART && read.journal.records.is_empty() {
@@ -153,7 +153,7 @@ fn verify_table(
     };
     let is_damaged = matches!(read.journal.end, JournalEnd::Damaged { .. });
     if is_damaged && read.journal.records.is_empty() {
-        let found = "nothing is left of the journal that it could be compared with".to_owned();
+        let found = "no intact part of the journal is left to compare it with".to_owned();
         return Ok((TableCheck::NotProtected, found, 0));
     }
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
@@ -215,8 +215,8 @@ fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, S
     let json = check.report(file);
     if changes.is_empty() {
         let found = match end {
-            JournalEnd::Damaged { .. } => "no number differs from what is left of the journal",
-            _ => "every number is that of the journal",
+            JournalEnd::Damaged { .. } => "no number differs from the intact part of the journal",
+            _ => "every number matches the journal",
         };
         (json, found.to_owned(), 0)
     } else {

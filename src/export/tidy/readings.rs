@@ -108,16 +108,16 @@ fn meaning_of(column: Column) -> &'static str {
         Column::Direction => "Direction of the load: x, y or z of the robot's base",
         Column::Branch => "Loading or unloading",
         Column::Step => "Place in the load sequence, from 0",
-        Column::Target => "Force that was aimed at",
+        Column::Target => "Target force",
         Column::Repeat => "Application of the same load or sequence, from 1",
         Column::Attempt => "Attempt at this reading, from 1",
         Column::Run => "Run within its pose and direction: readings with one history",
         Column::Zero => "Gauge zero within its pose and direction",
         Column::Force => "Force on the end, along the positive axis",
-        Column::ForceRaw => "Text of the force gauge",
+        Column::ForceRaw => "Raw text of the force gauge",
         Column::ForceZero => "Value of the force gauge without load; it is subtracted",
         Column::Displacement => "Displacement of the end, along the positive axis",
-        Column::DisplacementRaw => "Text of the displacement gauge",
+        Column::DisplacementRaw => "Raw text of the displacement gauge",
         Column::DisplacementZero => {
             "Value of the displacement gauge under the preload; it is subtracted"
         }

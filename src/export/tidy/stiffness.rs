@@ -68,7 +68,7 @@ const LOADS: &[ColumnPlan] = &[
     POSE,
     DIRECTION,
     ("branch", Text, "", "Loading or unloading", "/branch"),
-    ("target_N", Number, "N", "Force that was aimed at", "/target_N"),
+    ("target_N", Number, "N", "Target force", "/target_N"),
     ("readings", Integer, "", "Number of readings", "/n"),
     ("mean_force_N", Number, "N", "Mean of the force", "/mean_force_N"),
     ("sd_force_N", Number, "N", "Standard deviation of the force", "/sd_force_N"),

@@ -69,7 +69,7 @@ impl Accused {
             Self::Physics => format!("The {model} {mostly}leaves out {object}."),
             Self::Setup => format!("The robot file or the set-up is {mostly}at fault: {object}."),
             Self::Either => format!(
-                "The {model} {mostly}leaves out, or the robot file or the set-up has wrong, {object}."
+                "The {model} {mostly}leaves out, or the robot file or the set-up is wrong about, {object}."
             ),
         }
     }
@@ -143,7 +143,7 @@ impl<'a> DiagnosisAnswer<'a> {
         let (phrase, members) = (self.phrase(), self.members());
         match members {
             [first, ..] if phrase.len() > LONGEST_IN_A_HEADLINE => format!(
-                "one of {} things, listed below, that these readings do not distinguish; {} explains them as well as any",
+                "one of {} effects (listed below) that these readings do not distinguish; {} explains them as well as any other",
                 members.len(),
                 phrase_of(first)
             ),
@@ -213,7 +213,7 @@ mod tests {
             .collect();
         assert_eq!(
             question(&findings),
-            "one of 9 things, listed below, that these readings do not distinguish; a springy joint B1 explains them as well as any"
+            "one of 9 effects (listed below) that these readings do not distinguish; a compliant joint B1 explains them as well as any other"
         );
     }
 }

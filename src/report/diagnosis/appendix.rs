@@ -20,24 +20,28 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
     text.paragraph(provenance(report));
     text.append(noise_text(&report.into()));
     if !diagnosis.findings.is_empty() {
-        text.paragraph("Findings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.");
+        text.paragraph("Findings. absorbed: share of the whitened effect that the fitted factors absorb; p: probability that noise alone produces evidence this strong for any law.");
         text.table(findings(report));
         text.paragraph("Candidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.");
         text.table(candidates(&diagnosis.findings));
     }
-    text.paragraph("Strata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all that noise does not explain, largest departure of a reading.");
+    text.paragraph("Strata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of the misfit beyond noise, largest deviation of a reading.");
     text.append(strata(report));
     if !report.is_of_part() {
         text.append(suspects(report));
     }
     text.append(quality(report));
     if report.impossible().next().is_some() {
-        text.paragraph("Rejected: the fall of the weighted squares that a value with the impossible sign would have brought.");
+        text.paragraph(
+            "Rejected: the decrease of the weighted squares by a value with an impossible sign.",
+        );
         text.table(table_of(
             report.impossible(),
             &[
                 ("law and place", &|one| named(one.law, &one.place)),
-                ("fall of the squares", &|one| significant(one.delta_chi2, 3)),
+                ("decrease of the squares", &|one| {
+                    significant(one.delta_chi2, 3)
+                }),
             ],
         ));
     }
@@ -234,7 +238,7 @@ fn strata(report: &DiagnosisReport) -> Document {
         (_, None) => ", all directions".to_owned(),
     };
     let sentence = format!(
-        "The final model leaves, as its largest pattern, {} in {of_pose}{along} (p {}).",
+        "Largest pattern in the residuals of the final model: {} in {of_pose}{along} (p {}).",
         left.stratum,
         significant(left.p_family, 2)
     );
@@ -273,7 +277,7 @@ fn suspects(report: &DiagnosisReport) -> Document {
             continue;
         }
         text.paragraph(format!(
-            "Parts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
+            "Parts of the structure by the share of the misfit of {what} that each explains alone; p left: probability of the rest under noise alone."
         ));
         let alike = |one: &&ExplainedShare| {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
@@ -329,8 +333,8 @@ fn critical_values(report: &DiagnosisReport) -> Document {
     let critical = &report.critical;
     let mut text = Document::new();
     let sentence = format!(
-        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
-         level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the fall of the \
+        "Limits. Noise alone leads to a law in {} % of sessions and to unexplained structure in {} %, from {NULL_SAMPLES} draws with seed {}. The \
+         level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the decrease of the \
          weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
@@ -354,7 +358,7 @@ fn critical_values(report: &DiagnosisReport) -> Document {
         ]);
     }
     rows.row([
-        "structure left over".to_owned(),
+        "unexplained structure".to_owned(),
         "-".to_owned(),
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
         format!("{:.1}", critical.of_unexplained()),

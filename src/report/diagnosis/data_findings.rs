@@ -239,7 +239,7 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> Document {
         [one] => {
             let place = format!("line {}, {}", one.line, cell_of(one));
             let what = if one.repeats.is_empty() {
-                "is far from what all others let expect"
+                "contradicts the fit to all other readings"
             } else {
                 "contradicts its repeats"
             };
@@ -247,7 +247,7 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> Document {
         }
         _ => {
             let what = if bad.iter().any(|one| one.repeats.is_empty()) {
-                "are far from what all others let expect"
+                "contradict the fit to all other readings"
             } else {
                 "contradict their repeats"
             };
@@ -349,7 +349,7 @@ fn bad_run(bad: &BadRun) -> String {
             significant(micro(2.0 * bad.u), 2),
             put_right(bad.factor)
         ),
-        (None, None) => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
+        (None, None) => "against its load, which no structure does: check the sign of force and displacement there".to_owned(),
     };
     format!(
         "{}: it yields by {} um/N, {expected}.",
@@ -402,9 +402,9 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
         text.item(more);
     }
     let what = if report.outliers_kept {
-        "They were kept, as --keep-outliers asks: what follows may be about them."
+        "They were kept because of --keep-outliers: the results below may describe them."
     } else {
-        "What follows was found without them; nothing is deleted. --keep-outliers keeps them in."
+        "The results below were found without them; nothing is deleted. --keep-outliers keeps them in."
     };
     text.paragraph(what);
     text

@@ -137,7 +137,7 @@ impl DiagnosisReport {
         let (reason, remedy) = match law.search.needs {
             _ if self.without.contains(&law) => (
                 "it was left out of the search",
-                Some("do not name it after --without"),
+                Some("do not exclude it with --without"),
             ),
             _ if self.observations.tracker.is_some() && law.is_hidden_from_trackers() => (
                 "a tracker has no displacement gauge, stand or zero, and positions belong to no run",
@@ -148,18 +148,18 @@ impl DiagnosisReport {
                 Some("record hold_s and hold the largest load for a minute or two"),
             ),
             Needs::Clock if !recorded.time => (
-                "the readings carry no clock (column t_s)",
+                "the readings have no times (column t_s)",
                 Some("record the time of each reading"),
             ),
             Needs::Temperature if !recorded.temperature => (
-                "the readings carry no temperature (column temp_degC)",
+                "the readings have no temperature (column temp_degC)",
                 Some("record the temperature beside the gauge"),
             ),
             Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature
                 if self.is_in_the_model(law) =>
             {
                 (
-                    "every one that these loads act on is a free parameter already",
+                    "every such parameter that these loads act on is already free",
                     None,
                 )
             }

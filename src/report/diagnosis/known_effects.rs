@@ -58,7 +58,7 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
         return Document::new();
     }
     let mut text = Document::under("Physics known beforehand");
-    text.paragraph("These effects are part of the model from the start, and no candidates of the search. Their values were fitted again.");
+    text.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
     let mut rows = Table::new(&["effect", "value", "given", "fitted", "95 % interval"]);
     for one in known.iter().map(KnownEffectReport::from) {
         let name = format!("{} at {}", one.law.law.name, one.law.place);

@@ -247,7 +247,7 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
             deviation(part.value, &part.unit)
         )),
         "slope-of-gauge" => Some(format!(
-            "In each gauge alone the slope of a run scatters by {} %.",
+            "The slope of a run scatters by {} % in each gauge separately.",
             percent(part.value)
         )),
         "force" => Some(format!(
@@ -325,8 +325,7 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
             ("counts", &|(.., counts)| (*counts).to_owned()),
         ],
     );
-    let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
-                p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
+    let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
     let mut document = Document::new();
     document.paragraph(head);
     document.table(table);

@@ -34,8 +34,7 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
     }
     let mut text = Document::under("What could not be tested");
     if loading_only {
-        text.item("No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
-             uneven force gauge hardly differ. To distinguish them, read while unloading too.");
+        text.item("There are no readings during unloading. With loading only, play and friction differ in sign alone, and creep and a nonlinear force gauge hardly differ. To distinguish them, also read while unloading.");
     }
     if is_timeless {
         text.item("There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.");
@@ -152,7 +151,7 @@ pub(in crate::report) fn next_plans(
         } else if confirms(plan) {
             "this should confirm or refute"
         } else {
-            "this should tell"
+            "this should distinguish"
         };
         let file = plan.file.as_ref();
         let sentence = format!(

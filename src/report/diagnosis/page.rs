@@ -139,7 +139,7 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
             let unseen = percent(diagnosis.shares.share_unseen.unwrap_or_default());
             sentences.push(match diagnosis.shares.share_of_misfit {
                 Some(share) => format!(
-                    "That explains {} % of the misfit, and {unseen} % in readings left out of the fit. Something is left {}.",
+                    "That explains {} % of the misfit, and {unseen} % in readings left out of the fit. The rest is {}.",
                     percent(share),
                     location(subject, &report.unexplained())
                 ),
@@ -154,9 +154,7 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
         )),
         VerdictGrade::Nothing => {
             let model = subject.model();
-            sentences.push(format!(
-                "The readings show nothing that the {model} leaves out."
-            ));
+            sentences.push(format!("No physics missing from the {model} was detected."));
         }
         VerdictGrade::Undecided => sentences.push(format!(
             "These readings cannot decide whether the {} leaves something out.",
@@ -165,9 +163,9 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
     }
     if !weak.is_empty() {
         let why = if from_fit {
-            "it is seen beside what the fit leaves alone"
+            "it was tested only against the residuals of the fit"
         } else {
-            "chance may do as much"
+            "chance may produce as much"
         };
         sentences.push(format!(
             "There is a weak sign of {}: {why}.",
@@ -176,7 +174,7 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
     }
     if from_fit {
         sentences.push(format!(
-            "Nothing was repeated: the scatter of {} is what the fit leaves. If your gauge repeats better, something is missing.",
+            "Nothing was repeated: the scatter of {} is estimated from the residuals of the fit. If your gauge repeats better, something is missing.",
             subject.reading(diagnosis.noise.reading_sd_m)
         ));
     }
@@ -300,13 +298,13 @@ fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> Str
     {
         let _ = write!(
             text,
-            " That is the bound of what is plausible ({}): doubt the name.",
+            " This is the bound of the plausible range ({}): doubt the finding.",
             size.plausible.reason
         );
     }
     let _ = write!(
         text,
-        " It changes readings by up to {}; the fitted {}s had hidden {:.0} % of it.",
+        " It changes readings by up to {}; the fitted {}s had absorbed {:.0} % of it.",
         subject.reading(finding.end_effect_m),
         subject.factor(),
         100.0 * finding.absorbed_share.clamp(0.0, 1.0)
@@ -337,8 +335,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
             DiagnosisAnswer::OneOf(members) => format!("One of the {}", members.len()),
         };
         let sentence = format!(
-            "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
-             something as strong {}. What the {}s cannot imitate of it stands {:.1} standard errors out of the noise.",
+            "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would produce evidence this strong {}. After removing what the fitted {}s can absorb, the effect is {:.1} standard errors above the noise.",
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
@@ -379,17 +376,17 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
         let best = answer.members()[0];
         let sentence = match (best.rivals.first(), answer) {
             (None, DiagnosisAnswer::Single(_)) => format!(
-                "{}: no other law of the library comes near at any place{}.",
+                "{}: no other law of the library explains the readings nearly as well{}.",
                 capital(&phrase_of(best)),
                 match best.effect.place {
                     Place::JointAngle { pose: Some(_), .. } => {
-                        "; a mistake in the data, such as two cells exchanged, is no law: check the labels of that pose too"
+                        "; a mistake in the data, such as two cells exchanged, is not a law: check the labels of that pose too"
                     }
                     _ => "",
                 }
             ),
             (None, DiagnosisAnswer::OneOf(_)) => {
-                "Besides those above no law of the library comes near at any place.".to_owned()
+                "No other law of the library explains the readings nearly as well.".to_owned()
             }
             (Some(rival), _) => {
                 let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
@@ -417,14 +414,14 @@ fn where_(report: &DiagnosisReport) -> Document {
     }
     let model = report.subject.model();
     let mut text = Document::under(match report.diagnosis.verdict {
-        Verdict::NothingMissing => "What stands out, no more than chance may".to_owned(),
+        Verdict::NothingMissing => "Largest deviations, within chance".to_owned(),
         Verdict::Unknown => format!("Where the {model} fails"),
         _ => format!("Where the {model} without it fails"),
     });
     let line = |one: &Location| {
         let least = if one.p_at_floor { one.p_family } else { 0.0 };
         format!(
-            "{}; noise alone would do as much somewhere {}.",
+            "{}; by chance alone this would occur somewhere {}.",
             capital(&location(&report.subject, one)),
             one_in(one.p_family, least)
         )
@@ -460,7 +457,7 @@ fn carried(what: &str, best: &ExplainedShare) -> String {
         _ => format!(" (or {}, which look alike)", listed(&alike, "or")),
     };
     format!(
-        "Of all single parts of the structure {}{also} would alone explain what is odd in {what}, if it gave way.",
+        "A compliance of {}{also} alone would explain the misfit of {what}.",
         best.component
     )
 }

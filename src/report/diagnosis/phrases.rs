@@ -50,7 +50,7 @@ fn place_words(place: &Place) -> String {
 /// Why a law was refused that needs an impossible value.
 pub(super) fn impossible(law: Law) -> String {
     let name = law.parameters.first().map_or("size", |size| size.word);
-    format!("it would improve the fit only with a {name} below zero")
+    format!("it would need a negative {name}")
 }
 
 /// How much likelier, from the logarithm of a Bayes factor.
@@ -79,14 +79,14 @@ pub(super) fn one_in(p: f64, least: f64) -> String {
     }
     if least > 0.0 && p <= 1.001 * least {
         return format!(
-            "in fewer than 1 of {} such sessions (the simulation can show no less)",
+            "in fewer than 1 in {} such sessions (the limit of the simulation)",
             rounded(1.0 / least)
         );
     }
     if p < 1e-6 {
-        return "in fewer than 1 of a million such sessions".to_owned();
+        return "in fewer than 1 in a million such sessions".to_owned();
     }
-    format!("in about 1 of {} such sessions", rounded(1.0 / p))
+    format!("in about 1 in {} such sessions", rounded(1.0 / p))
 }
 
 /// Two digits that matter, without an exponent.
@@ -115,7 +115,7 @@ pub(super) fn location(subject: &Subject, location: &Location) -> String {
         } else {
             format!("{:.0} min", period_s / 60.0)
         };
-        return format!("in a swing over the clock, period about {period} (up to {size})");
+        return format!("in an oscillation over time, period about {period} (up to {size})");
     }
     let what = match location.stratum {
         Stratum::CellSlope => "in the stiffness, which one set of factors does not give everywhere",
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(one_in(0.41, 1e-4), "in 41 of 100 such sessions");
         assert_eq!(
             one_in(0.0, 0.0),
-            "in fewer than 1 of a million such sessions"
+            "in fewer than 1 in a million such sessions"
         );
     }
 

@@ -79,10 +79,10 @@ fn decided(report: &DiagnosisReport, share: &SessionShare) -> Option<String> {
     };
     let left: Vec<String> = before.open.iter().filter(is_named).map(name).collect();
     let outcome = match &left[..] {
-        [] => "All together they name none of these.".to_owned(),
-        [one] => format!("All together they decide for {one}."),
-        several if several.len() == before.open.len() => "All of these are open still.".to_owned(),
-        several => format!("Open still: {}.", listed(several, "or")),
+        [] => "Diagnosed together, the sessions name none of these.".to_owned(),
+        [one] => format!("Diagnosed together, the sessions decide for {one}."),
+        several if several.len() == before.open.len() => "All of these are still open.".to_owned(),
+        several => format!("Still open: {}.", listed(several, "or")),
     };
     let own = match before.sessions {
         1 => format!("{} alone", share.name),

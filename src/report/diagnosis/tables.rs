@@ -18,13 +18,13 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
     let found = !report.diagnosis.findings.is_empty();
     let factor = report.subject.factor();
     let mut text = Document::under(if found {
-        format!("How the fitted {factor}s move back")
+        format!("How the fitted {factor}s change")
     } else {
         format!("{}s fitted in the diagnosis", capital(factor))
     });
     if found {
         let why = format!(
-            "Without the missing physics the {factor}s stood in for it as well as they could. These are the {factor}s without it and with it."
+            "Without the effect, the fitted {factor}s partly absorbed it. The table shows the {factor}s without it and with it."
         );
         text.paragraph(why);
     }
@@ -109,7 +109,7 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
     let new = |r: &ReadingTrace| [r.after_m, r.after_within_run_m];
     // Of one load in each run zero and slope are all there is.
     let (place, off) = if report.observations.has_series() {
-        (1, ", zero and slope of each run off")
+        (1, ", without zero and slope of each run")
     } else {
         (0, "")
     };
@@ -135,13 +135,12 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
     };
     let softest = match subject {
         Subject::Robot(_) => {
-            " The softest direction rules the um; the units of the noise count all readings alike."
+            " Micrometre values are dominated by the softest direction; noise-normalised values weight all readings equally."
         }
         Subject::Part { .. } => "",
     };
     let floor = format!(
-        "Percent are of the root mean square of the {of}, {}. Noise alone has about {} over \
-         all readings, or 1.00 in units of the noise; a fit leaves somewhat less of it, because zeros and {}s follow the noise.{softest}",
+        "Percentages refer to the RMS of the {of}, {}. Noise alone gives about {} over all readings, or 1.00 in units of the noise; a fit leaves somewhat less, because zeros and {}s follow the noise.{softest}",
         subject.reading(report.trace.displacement_rms_m),
         subject.reading(report.noise_floor_m()),
         subject.factor()
@@ -159,11 +158,10 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
         Subject::Part { .. } => "on a reading",
     };
     let promise = format!(
-        "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size {at}; \
-         the place is where the law is seen best and worst. Every single place is in the appendix."
+        "Smaller effects may be present. An effect of this size {at} would have been detected in four of five such sessions; the table lists the places where each law is detected best and worst."
     );
     text.paragraph(promise);
-    let mut rows = Table::new(&["law", "seen best", "at", "seen worst", "at"]);
+    let mut rows = Table::new(&["law", "detected best", "at", "detected worst", "at"]);
     for &law in Law::ALL {
         let mut known: Vec<(f64, &DetectionLimit)> = critical
             .iter()

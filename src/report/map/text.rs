@@ -61,7 +61,7 @@ impl MapReport<'_> {
             if !study.map.failed.is_empty() {
                 let _ = writeln!(
                     text,
-                    "    {} of the poses cannot be taken, for example: {}",
+                    "    {} of the poses cannot be reached, for example: {}",
                     study.map.failed.len(),
                     study.map.failed[0].1
                 );
@@ -134,7 +134,7 @@ impl MapReport<'_> {
             for found in study.columns.iter().filter(|c| c.statistics.rigid > 0) {
                 let _ = writeln!(
                     text,
-                    "\nMechanism {name} is rigid {} in {} of {} poses; the numbers are of the others.",
+                    "\nMechanism {name} is rigid {} in {} of {} poses; the numbers are for the other poses.",
                     direction_words(&found.column),
                     found.statistics.rigid,
                     study.map.len()
@@ -301,7 +301,7 @@ impl MapReport<'_> {
         let studies = || self.mechanisms.iter().map(|(_, study)| study);
         let Some(found) = studies().flat_map(|study| &study.columns).next() else {
             if studies().all(|study| study.map.is_empty()) {
-                return "\nNo pose can be taken: there is no result.\n".to_owned();
+                return "\nNo pose can be reached: there is no result.\n".to_owned();
             }
             return String::new();
         };

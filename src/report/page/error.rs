@@ -62,7 +62,7 @@ pub enum ReportError {
         part: &'static str,
     },
     /// A file that is no report.
-    #[error("{page} is no report of this program: it holds no data")]
+    #[error("{page} is not a report of this program: it holds no data")]
     #[diagnostic(
         code(stiffbench::report::not_a_report),
         help(

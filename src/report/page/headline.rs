@@ -303,7 +303,7 @@ fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
     let each: Vec<String> = laws.into_iter().map(limit_words).collect();
     (!each.is_empty()).then(|| {
         format!(
-            "Effects of these sizes at the end of the robot would have been found in four sessions of five, from the best place to the worst: {}. Smaller ones may be there.",
+            "Effects of these sizes at the end of the robot would have been detected in four of five such sessions, from the best place to the worst: {}. Smaller effects may be present.",
             each.join("; ")
         )
     })
@@ -336,7 +336,7 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
     // What is named by its part of the noise may leave the percentages of small displacements as they are.
     (falls && before != after).then(|| {
         format!(
-            "With what is named the error in poses left out of the fit falls from {before} to {after} % of the root mean square of the displacements about their means."
+            "With the named effects, the RMS error in left-out poses falls from {before} % to {after} % of the RMS displacement."
         )
     })
 }

@@ -117,7 +117,7 @@ fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
     let [rigid, unseen] =
         [outcome.rigid_unseen_m()?, unseen?].map(|rms| significant(micro(rms), 3));
     Some(format!(
-        "In poses that the fit did not see the model differs from the measured {what} by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
+        "In poses left out of the fit the model differs from the measured {what} by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
     ))
 }
 

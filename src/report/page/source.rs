@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn words_of_a_sentence_are_no_paths() {
         let notes = [
-            "assumed: no values of `run`: each pose, direction and repeat is a run of its own",
+            "assumed: no values of `run`: each pose, direction and repeat is a separate run",
             "the resolution of the force gauge is not stated: its readings are whole multiples of 0.01 N, which is taken",
             "forces/displacements are a pair. The rest is assumed",
         ];

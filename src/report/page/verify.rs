@@ -178,13 +178,13 @@ impl ReadPage {
             let is_whole = compared.same_program && compared.differences.is_empty();
             if is_whole && template.render(again)?.text != self.text {
                 let place = "bytes of the page".to_owned();
-                compared.add(place, "others", "those of the report worked out again");
+                compared.add(place, "others", "those of the report computed again");
             }
             for key in ["details", "issued", "amends", "calibration"] {
                 stated_keys(key, &printed["settings"][key], &mut compared.not_verified);
             }
         } else {
-            let data = "the data themselves; name the session to work them out again";
+            let data = "the data themselves; name the session to compute them again";
             compared.not_verified.push(data.to_owned());
         }
         let (differences, same_program) = (compared.differences, compared.same_program);
@@ -245,13 +245,13 @@ impl PageCheck {
         let mut text = format!("{page}: report {number}, rendered by version {rendered_by}\n");
         text.push_str(match (self.differing, self.good) {
             (0, true) if self.from_session => {
-                "Verified: the report worked out again from its readings has the same bytes.\n"
+                "Verified: the report computed again from its readings is byte-identical.\n"
             }
             (0, true) => {
                 "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256.\n"
             }
             (0, false) => {
-                "NOT VERIFIED as a page: every value worked out again from the readings agrees, but another program or template rendered the page.\n"
+                "NOT VERIFIED as a page: every value computed again from the readings agrees, but another program or template rendered the page.\n"
             }
             _ => "",
         });

@@ -120,12 +120,10 @@ pub enum EffectError {
         known: Vec<String>,
     },
     /// A mistake of the robot file where the file itself is to be right.
-    #[error("{law} at {place} is a mistake in the robot file, not an effect beside it")]
+    #[error("{law} at {place} is a mistake in the robot file, not an additional effect")]
     #[diagnostic(
         code(stiffbench::physics::of_the_file),
-        help(
-            "write what is right into the robot file, or name the right mechanism, and leave this effect out"
-        )
+        help("correct the robot file, or name the right mechanism, and leave this effect out")
     )]
     OfTheFile {
         /// The law.

@@ -131,7 +131,7 @@ impl EffectProblem {
                 })
             }
             Self::Unit { unit, accepted, .. } if unit.starts_with('/') => Some(format!(
-                "write one of {accepted}; one that begins with a digit behind a space"
+                "write one of {accepted}; put a space before a unit that begins with a digit"
             )),
             Self::Unit { accepted, .. } => Some(format!("write one of {accepted}")),
             Self::NotAParameter { .. } | Self::Missing { .. } | Self::Number { .. } => {

@@ -52,7 +52,7 @@ pub(super) const LEVEL: ParameterSpec = ParameterSpec {
             ]
             .map(|level| level * scale.force_n)
         },
-        reason: "from a thousandth of the largest that was set, below which it is a step, up to nearly all of it",
+        reason: "from a thousandth of the largest value that was set (less is a step) up to nearly all of it",
     },
     typical: Typical {
         value: |scale| 0.03 * scale.force_n,
@@ -75,7 +75,7 @@ pub(super) const TIME_CONSTANT: ParameterSpec = ParameterSpec {
             [TIMES[0] / SHAPE_ROOM, TIMES[TIMES.len() - 1] * SHAPE_ROOM]
                 .map(|share| share * scale.time_s)
         },
-        reason: "from a thousandth of a run to three times as long: a shorter one is seen at once, a longer one as a drift",
+        reason: "from a thousandth of a run to three times as long: a shorter one acts at once, a longer one is a drift",
     },
     typical: Typical {
         value: |scale| 0.1 * scale.time_s,
@@ -117,11 +117,11 @@ pub(super) const SEARCH: SearchSpec = SearchSpec {
     on: SearchedOn::PARTS,
     needs: Needs::Nothing,
     unseen_at_place: (
-        "no possible size of it would have stood out from the noise",
+        "no plausible size would have been distinguishable from noise",
         "load the part further and more often",
     ),
     unseen: (
-        "no possible size of it would have shown in these readings",
+        "no plausible size would have been detectable in these readings",
         Some("load the part further and more often"),
     ),
 };

@@ -95,25 +95,27 @@ impl PlaceKind {
         match self {
             Self::Joint => "the name of a joint",
             Self::AcrossJoint => {
-                "the name of a joint and, behind a point, an axis of its frame across its own"
+                "the name of a joint, a point, and an axis of its frame perpendicular to the joint axis"
             }
             Self::ToolAbout => "rx, ry or rz, about that axis of the tool",
             Self::ToolAlong => "x, y or z, along that axis of the tool",
             Self::Axis => "an axis, x, y or z, through the first support",
             Self::Direction => "a direction, x, y or z",
-            Self::Toward => "the direction of the load and, behind >, another axis",
+            Self::Toward => "the direction of the load, >, and another axis",
             Self::Element => "the name of an element",
             Self::ForceGauge => "the force gauge",
             Self::DisplacementGauge => "the displacement gauge",
             Self::Structure => "the structure",
             Self::Clock => "the clock",
-            Self::Run => "pose, direction, repeat and first step of a run, with points between",
+            Self::Run => "pose, direction, repeat and first step of a run, separated by points",
             Self::Length => {
-                "a body and, behind a point, the entry of the robot file that states its length"
+                "a body, a point, and the entry of the robot file that states its length"
             }
-            Self::JointAngle => "the name of a joint; behind / a pose, if it is wrong in one only",
+            Self::JointAngle => {
+                "the name of a joint; then / and a pose, if only that pose is wrong"
+            }
             Self::Group => {
-                "link, beam or a group of elements; behind a point a section constant, if one only"
+                "link, beam or a group of elements; then a point and a section constant, if only that one is wrong"
             }
             Self::Mechanism => "a mechanism of the robot file",
         }

@@ -29,7 +29,7 @@ pub struct BestPoses {
     pub tried: usize,
     /// The rules that they keep.
     pub within: ProposedWithin,
-    /// For each parameter the standard error to be expected, in its unit (of a factor that of its logarithm): the Cramér-Rao limit; `None` of
+    /// For each parameter the expected standard error, in its unit (of a factor that of its logarithm): the Cramér-Rao limit; `None` of
     /// a spring that no load acts on in any pose.
     pub errors: Vec<(ModelParameter, Option<f64>)>,
 }

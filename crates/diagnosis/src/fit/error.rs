@@ -191,7 +191,7 @@ pub enum FitError {
     },
     /// A pose without joint values that the robot does not have.
     #[error(
-        "{file}, line {line}: `{pose}` is no pose of {robot}, and the table has no columns of joint values"
+        "{file}, line {line}: `{pose}` is not a pose of {robot}, and the table has no columns of joint values"
     )]
     #[diagnostic(
         code(stiffbench::load_cases::unknown_pose),

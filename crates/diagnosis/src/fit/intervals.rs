@@ -224,7 +224,7 @@ impl Profiled {
             if found.lower_minimum.is_some() {
                 let name = &estimate.name;
                 warnings.push(format!(
-                    "{name}: a better fit exists elsewhere; its interval is not to be trusted"
+                    "{name}: a better fit exists elsewhere; do not trust its interval"
                 ));
             }
         }

@@ -222,19 +222,17 @@ impl FactorEstimate {
                 let side = if upper { "upper" } else { "lower" };
                 // Zero only of a spring.
                 let words = if scaled(found.value) == 0.0 {
-                    format!("zero fits best: no compliance shows in these {data}")
+                    format!("zero fits best: these {data} show no compliance")
                 } else {
                     format!(
-                        "the data push it beyond its {side} bound; the {others} are given for this value, and it has no uncertainty before the bound is wider"
+                        "the data push it beyond its {side} bound; the {others} hold for this value, and it has no uncertainty unless you widen the bound"
                     )
                 };
                 self.status = FactorStatus::AtBound { upper, words };
             }
             ParameterStatus::NotIdentified { .. } => {
                 self.status = FactorStatus::NotIdentified {
-                    words: format!(
-                        "any value fits as well together with the right values of {others}"
-                    ),
+                    words: format!("any value fits equally well with suitable values of {others}"),
                 };
             }
             _ => {}

@@ -258,7 +258,7 @@ impl Decoder {
         Some(reply(
             bytes,
             at_s,
-            Meaning::Text("the command, sent back".to_owned()),
+            Meaning::Text("an echo of the command".to_owned()),
         ))
     }
 

@@ -18,7 +18,7 @@ pub(super) fn no_packet(
             format!("bytes between packets: no packet of {name} begins here")
         }
         FragmentKind::Cut => {
-            format!("the packet of {name} stopped in the middle; its rest is not waited for")
+            format!("the packet of {name} stopped in the middle; its rest did not arrive in time")
         }
         FragmentKind::TooLong => {
             format!(
@@ -26,7 +26,7 @@ pub(super) fn no_packet(
             )
         }
         FragmentKind::Uneven => format!(
-            "bytes were lost or added: {} came together, and packets of {name} are known by their count alone",
+            "bytes were lost or added: {} arrived together, and packets of {name} are recognised by their length alone",
             bytes.len()
         ),
     }
@@ -41,10 +41,10 @@ pub(super) fn unknown_packet(bytes: &[u8], description: &InstrumentDescription) 
     if with_point(bytes).is_some_and(|packet| description.covers_value(&packet)) {
         format!("a decimal comma: set `comma = true` for the number in the description of {name}")
     } else if bytes.iter().all(|byte| matches!(byte, 0x20..=0x7e)) {
-        format!("no packet of {name}: garbled, or another gauge")
+        format!("not a packet of {name}: garbled, or from another gauge")
     } else {
         format!(
-            "no packet of {name}: bytes that are no text, a garbled line or other line settings"
+            "not a packet of {name}: bytes that are not text, from a garbled line or other line settings"
         )
     }
 }

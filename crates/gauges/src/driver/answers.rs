@@ -20,7 +20,7 @@ impl Driver {
         self.strange += 1;
         if self.standing != GaugePresence::Up && self.strange == STRANGE_PACKETS {
             let reason = format!(
-                "nothing that came is a value of {}, but {} ({}): is another gauge on this port, or is it not ready?",
+                "no value of {} was received, but {} ({}): is another gauge on this port, or is it not ready?",
                 self.description.name, rejected.raw, rejected.reason
             );
             let reason = reason.into();
@@ -69,7 +69,7 @@ impl Driver {
                 return;
             }
             Phase::Confirming { job, .. } => {
-                self.note(now, actions, "two values came for one request, one of them late: neither is used, asked again");
+                self.note(now, actions, "two values arrived for one request, one of them late: neither is used; the request is repeated");
                 actions.push(DriverAction::Unused {
                     count: 2,
                     reason: "one of two is late",
@@ -220,9 +220,9 @@ impl Driver {
         if !same && let Some(expected) = &self.acquisition_settings.expected {
             let found = found
                 .as_deref()
-                .unwrap_or("an instrument that does not know this question");
+                .unwrap_or("an instrument that does not know this query");
             actions.push(DriverAction::Refuse {
-                reason: format!("expected {expected}, and there answers {found}").into(),
+                reason: format!("expected {expected}, but {found} answered").into(),
             });
             return false;
         }

@@ -1,6 +1,7 @@
 //! What is sent to the gauge, and what is done when nothing comes back.
 
 use crate::{CommandEffect, CommandRole, Expect, LinkState};
+use stiffbench_units_and_text::count::counted;
 
 use super::exchange::{GaugePresence, PendingCommand, Phase, unanswered};
 use super::machine::{Driver, SILENT_PAUSE_S};
@@ -33,7 +34,8 @@ impl Driver {
                 now,
                 actions,
                 &format!(
-                    "{dropped} values came while the line was drained ({reason}) and are not used"
+                    "not used, because the line was drained ({reason}): {}",
+                    counted(dropped, "value")
                 ),
             );
         }
@@ -94,7 +96,7 @@ impl Driver {
             self.jobs
                 .push_front(PendingCommand::own(CommandRole::Identify));
         } else {
-            let text = format!("no answer to {}; going on without", job.role);
+            let text = format!("no answer to {}; continuing without it", job.role);
             self.note(now, actions, &text);
         }
     }

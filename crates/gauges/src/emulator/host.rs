@@ -33,7 +33,7 @@ pub struct HostOptions {
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum HostError {
     /// No pseudo-terminal.
-    #[error("the system gives no pseudo-terminal for the {channel} gauge")]
+    #[error("no pseudo-terminal is available for the {channel} gauge")]
     #[diagnostic(
         code(stiffbench::emulator::pseudo_terminal),
         help("check that /dev/ptmx and /dev/pts are there and may be used")

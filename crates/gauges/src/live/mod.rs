@@ -62,7 +62,7 @@ pub enum LiveError {
         source: DecoderError,
     },
     /// The system gives no event loop.
-    #[error("the system gives no event loop for serial lines")]
+    #[error("no event loop is available for serial lines")]
     #[diagnostic(
         code(stiffbench::live::event_loop),
         help("too many files may be open; close other programs")

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+use stiffbench_units_and_text::count::counted;
 
 use crate::GaugeEvent;
 
@@ -50,7 +51,11 @@ impl Queue {
         {
             return Some(GaugeEvent::Note {
                 channel: *channel,
-                text: format!("{lost} values were not processed in time; the session lost them, the trace has them").into(),
+                text: format!(
+                    "{} not processed in time: lost for the session, kept in the trace",
+                    counted(lost, "value")
+                )
+                .into(),
                 at_s: sample.at_s,
             });
         }

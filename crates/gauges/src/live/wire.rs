@@ -84,7 +84,7 @@ impl Wire {
                     self.zero_reads += 1;
                     tokio::time::sleep(ZERO_PAUSE).await;
                 }
-                Ok(0) => return Err(self.lost("the system gives no bytes any more")),
+                Ok(0) => return Err(self.lost("the system delivers no more bytes")),
                 Ok(count) => {
                     self.zero_reads = 0;
                     return Ok(count);
@@ -100,7 +100,7 @@ impl Wire {
         match tokio::time::timeout(WRITE_DEADLINE, self.stream.write_all(bytes)).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(error)) => Err(self.lost(&error.to_string())),
-            Err(_) => Err(self.lost("it takes no bytes")),
+            Err(_) => Err(self.lost("it accepts no bytes")),
         }
     }
 

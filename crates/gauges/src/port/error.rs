@@ -8,11 +8,11 @@ use super::holder::Holder;
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum PortError {
     /// There is no such port.
-    #[error("port {port} does not exist{}", .near.as_ref().map_or_else(String::new, |near| format!("; the ports that are: {near}")))]
+    #[error("port {port} does not exist{}", .near.as_ref().map_or_else(String::new, |near| format!("; existing ports: {near}")))]
     #[diagnostic(
         code(stiffbench::port::absent),
         help(
-            "plug the gauge in and switch it on; stiffbench ports shows what the system sees, stiffbench ports --wait finds what is plugged in next"
+            "plug the gauge in and switch it on; stiffbench ports lists the ports of the system, stiffbench ports --wait finds the one that is plugged in next"
         )
     )]
     Absent {
@@ -72,7 +72,7 @@ pub enum PortError {
         problem: String,
     },
     /// The system does not come back from opening.
-    #[error("opening {port} has not come back for {waited_s:.0} s")]
+    #[error("opening {port} has not returned for {waited_s:.0} s")]
     #[diagnostic(
         code(stiffbench::port::hangs),
         help("pull the adapter and plug it in again: its driver or the sleeping device is stuck")
@@ -112,7 +112,7 @@ pub enum PortError {
         problem: String,
     },
     /// The gauge does not answer.
-    #[error("on {port} nothing answers within {waited_s:.1} s")]
+    #[error("nothing answers on {port} within {waited_s:.1} s")]
     #[diagnostic(
         code(stiffbench::port::silent),
         help(

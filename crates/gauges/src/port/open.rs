@@ -278,7 +278,7 @@ fn busy(path: &str, waited_s: f64) -> PortError {
                 .iter()
                 .all(|holder| holder.pid == std::process::id()) =>
         {
-            "the same port is named for both gauges: name another one for one of them"
+            "both gauges have the same port: name another port for one of them"
         }
         programs
             if programs

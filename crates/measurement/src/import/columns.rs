@@ -186,6 +186,6 @@ fn of_column(column: Option<&String>) -> String {
 fn not_known(unit: Option<&String>, quantity: ImportedQuantity) -> String {
     let known = quantity.kind().units();
     unit.map_or_else(String::new, |unit| {
-        format!(" (unit `{unit}` is not known for a {quantity}; known are {known})")
+        format!(" (unit `{unit}` is not known for a {quantity}; known units: {known})")
     })
 }

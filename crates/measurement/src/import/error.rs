@@ -65,7 +65,7 @@ pub enum TableImportError {
     #[error("{at}: columns {first} and {second} are both called `{column}`")]
     #[diagnostic(
         code(stiffbench::import::duplicate_column),
-        help("name the one that is meant by its number: --map {role}={first}")
+        help("name the intended column by its number: --map {role}={first}")
     )]
     DuplicateColumn {
         /// Line of the column names.
@@ -96,7 +96,7 @@ pub enum TableImportError {
         second: String,
     },
     /// A name that no column can have as its meaning.
-    #[error("--map {role}: no column can be that")]
+    #[error("--map {role}: this is not a quantity of a reading")]
     #[diagnostic(
         code(stiffbench::import::unknown_role),
         help(
@@ -108,7 +108,7 @@ pub enum TableImportError {
         role: String,
     },
     /// A unit of another quantity, or no unit.
-    #[error("`{unit}` is no unit of a {quantity}")]
+    #[error("`{unit}` is not a unit of a {quantity}")]
     #[diagnostic(code(stiffbench::import::unit), help("known are {accepted}"))]
     Unit {
         /// The unit.
@@ -123,7 +123,7 @@ pub enum TableImportError {
     #[diagnostic(
         code(stiffbench::import::no_value),
         help(
-            "complete the row, or delete it: rows without any value are left out, half a row is not"
+            "complete the row, or delete it: rows without any value are left out, incomplete rows are refused"
         )
     )]
     NoValue {

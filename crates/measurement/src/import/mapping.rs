@@ -19,7 +19,7 @@ pub const MAPPING_SCHEMA: &str = "stiffbench/mapping/1";
 pub struct ImportMapping {
     /// [`MAPPING_SCHEMA`].
     pub schema: String,
-    /// Pose of all rows, where no column names it.
+    /// Pose of all rows, if no column states it.
     pub pose: Option<String>,
     /// Direction of all rows, where no column names it.
     pub direction: Option<String>,

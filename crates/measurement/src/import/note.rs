@@ -15,14 +15,14 @@ pub enum ImportNote {
     #[error("{0}")]
     Layout(Box<FileLayout>),
     /// No column names poses.
-    #[error("no column names poses: all readings are of {pose} (--pose NAME)")]
+    #[error("no column for the pose: all readings are of {pose} (--pose NAME)")]
     OnePose {
         /// The pose taken.
         pose: String,
     },
     /// Runs were found in the path of the load.
     #[error(
-        "no column numbers runs: {} found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
+        "no column for the run number: {} found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
         counted(.runs, "run"), 100.0 * .share
     )]
     RunsFound {
@@ -32,9 +32,7 @@ pub enum ImportNote {
         share: f64,
     },
     /// What tells runs apart is no number; they were numbered.
-    #[error(
-        "the texts in column `{column}` became repeats 1, 2, … in the order in which they appear"
-    )]
+    #[error("the texts in column `{column}` became repeats 1, 2, … in order of appearance")]
     RunsNumbered {
         /// The column.
         column: String,
@@ -46,7 +44,7 @@ pub enum ImportNote {
         unloading: usize,
     },
     /// Rows with the same joint values became a pose.
-    #[error("rows with the same joint values became a pose each: {}", counted(.poses, "pose"))]
+    #[error("each set of joint values became a pose: {}", counted(.poses, "pose"))]
     PosesFromJoints {
         /// How many.
         poses: usize,
@@ -64,7 +62,7 @@ pub enum ImportNote {
     },
     /// Readings of the force outside the times of the displacement.
     #[error(
-        "{rows} forces lie outside the times of the displacements, or in a gap of them, and are left out, first in line {line}"
+        "left out: {} outside the times of the displacements or in a gap of them, first in line {line}", counted(.rows, "force")
     )]
     NotPaired {
         /// How many.
@@ -73,13 +71,13 @@ pub enum ImportNote {
         line: u32,
     },
     /// Displacements were interpolated at the times of the forces.
-    #[error("{rows} displacements were interpolated at the times of the forces")]
+    #[error("displacements were interpolated at the times of the forces: {}", counted(.rows, "value"))]
     Paired {
         /// How many.
         rows: usize,
     },
     /// A column was not read, for an option states its value.
-    #[error("{option} holds for all readings: column `{column}` is not read")]
+    #[error("{option} applies to all readings: column `{column}` is not read")]
     OptionOverColumn {
         /// The option with its value.
         option: String,
@@ -88,7 +86,7 @@ pub enum ImportNote {
     },
     /// A unit was stated, and the file states another.
     #[error(
-        "the file states {of_file} for column `{column}`, and the options or the mapping {unit}: {unit} holds"
+        "the file states {of_file} for column `{column}`, and the options or the mapping {unit}: {unit} is used"
     )]
     UnitOverFile {
         /// The unit that holds.
@@ -110,7 +108,7 @@ pub enum ImportNote {
     },
     /// A column with a few words that recur is not used, and may name poses or directions.
     #[error(
-        "column `{column}` is not used and has the words {}: if it names poses or directions, readings of different ones are mixed now; name it with --map pose={column}",
+        "column `{column}` is not used and has the words {}: if it names poses or directions, readings of different poses or directions are mixed now; name it with --map pose={column}",
         .words.join(", ")
     )]
     UnusedWords {
@@ -120,11 +118,11 @@ pub enum ImportNote {
         words: Vec<String>,
     },
     /// The sign of a quantity was turned.
-    #[error("the sign of every {0} was turned")]
+    #[error("the sign of every {0} was reversed")]
     Flipped(ImportedQuantity),
     /// The readings of a direction with a minus sign were turned.
     #[error(
-        "a direction with a minus sign: force and displacement of its rows were turned to count along the positive axis"
+        "a direction with a minus sign: force and displacement of its rows were reversed to count along the positive axis"
     )]
     NegativeDirection,
     /// Displacements go against the forces throughout.

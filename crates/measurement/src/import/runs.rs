@@ -67,7 +67,7 @@ pub enum RunDoubt {
     SeveralTurns,
     /// The runs do not reach the same load.
     #[error(
-        "they do not reach the same load, as after preloading or with a return to zero behind each load"
+        "they do not reach the same load, as after preloading or with a return to zero after each load"
     )]
     UnequalLoads,
 }

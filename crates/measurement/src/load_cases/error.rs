@@ -51,7 +51,7 @@ pub enum LoadCaseError {
     )]
     #[diagnostic(
         code(stiffbench::load_cases::positions_and_displacements),
-        help("put the positions, with their loads, into a table of their own")
+        help("put the positions, with their loads, into a separate table")
     )]
     PositionsAndDisplacements {
         /// Line of the header.

@@ -74,7 +74,7 @@ pub enum ProcedureProblem {
     #[error("`repeats` is 0")]
     #[diagnostic(
         code(stiffbench::procedure::no_repeat),
-        help("give at least 1; from 2 on the scatter from run to run can be seen")
+        help("give at least 1; from 2 on the scatter between runs can be estimated")
     )]
     NoRepeat,
     /// No loading branch.

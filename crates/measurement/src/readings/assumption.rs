@@ -107,15 +107,15 @@ impl fmt::Display for Assumption {
             Self::UnitConverted { column, found } => write!(f, "column `{found}` was converted to {}", column.unit()),
             Self::ColumnAbsent(column) => write!(f, "no values of `{column}`: {}", default_of(*column)),
             Self::TargetsAreMultiples { load_step_n, off_grid: 0 } => {
-                write!(f, "target loads are the multiples of {load_step_n} N next to the forces")
+                write!(f, "target loads are the multiples of {load_step_n} N nearest to the forces")
             }
             Self::TargetsAreMultiples { load_step_n, off_grid } => write!(
                 f,
-                "target loads are the multiples of {load_step_n} N next to the forces; near no multiple, so that the force is the target: {}",
+                "target loads are the multiples of {load_step_n} N nearest to the forces; near no multiple, so that the force is the target: {}",
                 counted(off_grid, "reading")
             ),
             Self::TargetsAreForces => f.write_str(
-                "the forces have no common load step: a load has its own force for a target",
+                "the forces have no common load step: each force is its own target",
             ),
             Self::TargetsAreMeans => f.write_str(
                 "where all forces of a pose and direction, or of a run, differ by no more than 5 %, they are one load, and its target is their mean",
@@ -129,20 +129,20 @@ impl fmt::Display for Assumption {
                 "in {} the load goes up again after it went down: if the loads were shuffled, add a column `branch`",
                 counted(runs, "run")
             ),
-            Self::SortedBySequence => f.write_str("rows were put in the order of `seq`"),
+            Self::SortedBySequence => f.write_str("rows were sorted by `seq`"),
             Self::SequenceNotUsed => {
                 f.write_str("numbers under `seq` occur more than once; rows are numbered in the order of the file")
             }
             Self::TimeFromUtc => f.write_str("times are seconds since the first `utc`"),
             Self::RepeatedRow { line, first_line } => write!(
                 f,
-                "line {line} repeats line {first_line} word for word; both are kept as readings of their own"
+                "line {line} repeats line {first_line} word for word; both are kept as separate readings"
             ),
             Self::CellGiven { cell, repeat } => write!(f, "the log belongs to {cell}, repeat {repeat}"),
             Self::SplitAtLargestLoad { line } => {
                 write!(f, "readings after the largest load, line {line}, are unloading")
             }
-            Self::SignTurned(column) => write!(f, "the sign of `{column}` was turned"),
+            Self::SignTurned(column) => write!(f, "the sign of `{column}` was reversed"),
             Self::TimeInSeconds => f.write_str("times without a unit are seconds"),
         }
     }
@@ -157,10 +157,10 @@ fn default_of(column: Column) -> &'static str {
         Column::Target => "the target load is derived from the force",
         Column::Attempt => "every reading is the first attempt",
         Column::Status => "every reading is accepted",
-        Column::Run => "each pose, direction and repeat is a run of its own",
+        Column::Run => "each pose, direction and repeat is a separate run",
         Column::Zero => "the gauge was zeroed for each pose, direction and repeat",
         Column::ForceZero => {
-            "whether the force is corrected for what the unloaded gauge shows is not known"
+            "it is not known whether the force is corrected for the unloaded indication"
         }
         Column::Time => "drift with time cannot be tested",
         Column::Hold => "creep cannot be tested",
@@ -238,12 +238,12 @@ impl fmt::Display for AssumptionNote {
             ),
             Self::ZeroForceAtTarget { readings, line } => write!(
                 f,
-                "zero force where a load was aimed at: {}, first in line {line}",
+                "zero force at a target load other than zero: {}, first in line {line}",
                 counted(readings, "reading")
             ),
             Self::DuplicateRows { readings, line } => write!(
                 f,
-                "the same in every number as an earlier row of the same run: {}, first in line {line}; was part of the file pasted twice?",
+                "identical in every number to an earlier row of the same run: {}, first in line {line}; was part of the file pasted twice?",
                 counted(readings, "reading")
             ),
             Self::LocalTime(text) => {

@@ -137,7 +137,7 @@ pub enum ReadingsError {
     #[error("{file}, line {line}: `{first}` and `{second}` both give {column}")]
     #[diagnostic(
         code(stiffbench::readings::duplicate_column),
-        help("leave one of the two columns, or give the other one a name of its own")
+        help("remove one of the two columns, or rename it")
     )]
     DuplicateColumn {
         /// The file.
@@ -264,7 +264,7 @@ pub enum ReadingsError {
     #[diagnostic(
         code(stiffbench::readings::several_sessions),
         help(
-            "times and gauge zeros of different sessions do not compare; give each session a file of its own"
+            "times and gauge zeros of different sessions do not compare; write each session into its own file"
         )
     )]
     SeveralSessions {

@@ -1,6 +1,7 @@
 //! What the reader decided, and what it left out.
 
 use std::fmt;
+use stiffbench_units_and_text::count::counted;
 
 use thiserror::Error;
 
@@ -49,7 +50,7 @@ pub enum SpecimenAssumption {
     OneRunEach,
     /// A column has no value in some rows; they were kept without it.
     #[error(
-        "no value of `{column}` in {rows} rows, first in line {line}; they are kept without it"
+        "no value of `{column}` in {}, first in line {line}; kept without it", counted(.rows, "row")
     )]
     ValuesAbsent {
         /// The column.
@@ -60,7 +61,7 @@ pub enum SpecimenAssumption {
         line: u32,
     },
     /// Rows were put in the order of the order column.
-    #[error("rows were put in the order of the order column")]
+    #[error("rows were sorted by the order column")]
     Sorted,
     /// Numbers of the order column occur more than once, so the order of the file was kept and numbered.
     #[error(
@@ -71,11 +72,11 @@ pub enum SpecimenAssumption {
         line: u32,
     },
     /// The order column starts again in each run; rows were sorted within their runs.
-    #[error("the order column starts again in each run: rows were put in order within their runs")]
+    #[error("the order column starts again in each run: rows were sorted within their runs")]
     SortedWithinRuns,
     /// Within a run, time goes back from one reading to the next; the order was kept.
     #[error(
-        "in {runs} runs time goes back, first in line {line}; the order of the readings was kept"
+        "in {} time goes back, first in line {line}; the order of the readings was kept", counted(.runs, "run")
     )]
     TimeGoesBack {
         /// In how many runs.
@@ -85,8 +86,8 @@ pub enum SpecimenAssumption {
     },
     /// Branches were derived from the path of the load (or of the displacement, if the force answers).
     #[error(
-        "branches are derived from the path: it has {cycles} cycles, {turns} turns, a turn being a return by more than {} % of the run's range",
-        (.turn_share * 1e4).round() / 100.0
+        "branches are derived from the path: {} and {}, where a turn is a return by more than {} % of the run's range",
+        counted(.cycles, "cycle"), counted(.turns, "turn"), (.turn_share * 1e4).round() / 100.0
     )]
     BranchesFromPath {
         /// Share of a run's range by which the path had to come back.
@@ -98,8 +99,8 @@ pub enum SpecimenAssumption {
     },
     /// The path turns in more than a third of the readings of some runs: taken as shuffled, all of it loading.
     #[error(
-        "in {runs} runs, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled \
-         order, all loading; add a branch column to change this"
+        "in {}, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled \
+         order, all loading; add a branch column to change this", counted(.runs, "run")
     )]
     Shuffled {
         /// How many runs.

@@ -1,6 +1,7 @@
 //! What can be wrong with a table of a specimen.
 
 use miette::Diagnostic;
+use stiffbench_units_and_text::count::counted;
 use thiserror::Error;
 
 use crate::readings::FileCell;
@@ -14,7 +15,7 @@ pub enum SpecimenError {
     #[diagnostic(transparent)]
     Table(#[from] TableFileError),
     /// A header without a complete row below it.
-    #[error("{at}: no complete reading follows the header ({incomplete} rows lack a value)")]
+    #[error("{at}: no complete reading follows the header ({} without a value)", counted(.incomplete, "row"))]
     #[diagnostic(
         code(stiffbench::specimen::no_readings),
         help(

@@ -44,7 +44,7 @@ pub struct SpecimenOptions {
     /// Column of the time under the load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hold_column: Option<String>,
-    /// Column of the place in the order of measurement, whole numbers.
+    /// Column with the order of measurement, whole numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_column: Option<String>,
     /// Column with `loading` and `unloading`.

@@ -123,10 +123,7 @@ pub struct Comparison {
 }
 
 /// The rule behind `Comparison::agreement`.
-pub const DECISION_RULE: &str = "the tables differ if a single cell does, by Holm's rule at 2.5 % over all cells, or if all cells together do: \
-chi-squared, with the correlations that shared calibration makes, is exceeded with a probability below 2.5 % without any change; for \
-chi-squared, standard uncertainties are first enlarged to U95/1.96, so that few degrees of freedom are allowed for; tables without any \
-change are found to differ in at most 5 % of cases";
+pub const DECISION_RULE: &str = "the tables differ if a single cell differs (Holm's rule at 2.5 % over all cells), or if all cells together differ (chi-squared with the correlations of shared calibration, at 2.5 %); for chi-squared, standard uncertainties are enlarged to U95/1.96 to allow for few degrees of freedom; without any change, tables are found to differ in at most 5 % of cases";
 
 /// A change with its own uncertainty and the effects of calibration: one entry per independent calibration error.
 struct Change {

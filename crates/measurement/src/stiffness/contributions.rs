@@ -74,7 +74,7 @@ pub(super) fn repeatability(bare: &BareStiffness) -> BudgetRow {
             dof: type_a.dof,
             ..empty.counted(type_a.standard_uncertainty / sensitivity)
         },
-        None => empty.noted("too few readings to see any scatter"),
+        None => empty.noted("too few readings to estimate the scatter"),
     }
 }
 
@@ -130,9 +130,9 @@ fn resolution_row(
     let is_read_off = gauge.resolution_is_read_off();
     if shows {
         let note = if is_read_off {
-            "not stated, step read off the readings; they differ by more than it: seen in the scatter"
+            "not stated, step estimated from the readings; they differ by more than a step: included in the scatter"
         } else {
-            "readings differ by more than a step: averaged, and seen in the scatter"
+            "readings differ by more than a step: averaged, and included in the scatter"
         };
         return BudgetRow {
             standard_uncertainty: Some(standard_uncertainty),
@@ -140,9 +140,9 @@ fn resolution_row(
         };
     }
     empty.counted(standard_uncertainty).noted(if is_read_off {
-        "not stated, step read off the readings; repeats fall on one step"
+        "not stated, step estimated from the readings; repeats show the same step"
     } else {
-        "repeats fall on one step: common to the repeats of a load"
+        "repeats show the same step: common to the repeats of a load"
     })
 }
 
@@ -241,7 +241,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         )
     };
     if bare.method == Method::Regression {
-        return empty.aside(RowUse::NoEffect, "taken up by the free intercept");
+        return empty.aside(RowUse::NoEffect, "absorbed by the free intercept");
     }
     let (n_zeros, n_runs) = (inputs.curve.n_zeros, inputs.curve.runs.len());
     let between_runs = matches!(
@@ -249,7 +249,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         ScatterBasis::RunToRun { .. } | ScatterBasis::PooledRuns { .. }
     );
     if n_zeros >= n_runs && between_runs {
-        let note = "each run has a zero of its own: seen in the scatter between runs";
+        let note = "each run has its own zero: included in the scatter between runs";
         return empty.aside(RowUse::InRepeatability, note);
     }
     let about_line = inputs.line.and_then(|line| {
@@ -288,11 +288,11 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
     };
     let (drift_m, note) = match inputs.back_to_zero {
         Return::NotMeasured => (None, "no unloaded reading after the loads"),
-        Return::WithinNoise => (Some(0.0), "the gauge came back to zero within its noise"),
+        Return::WithinNoise => (Some(0.0), "the gauge returned to zero within its noise"),
         Return::Checked(drift_m) => {
             let drift_m = beyond_step(drift_m, &inputs.gauges.displacement);
             let note = if drift_m > 0.0 {
-                "largest change that the checks of the zero found, as a limit at the largest load"
+                "largest change found by the zero checks, as a limit at the largest load"
             } else {
                 "the checks of the zero found no change beyond a step of the gauge"
             };
@@ -313,7 +313,7 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
                 "changes of both zeros, as limits at the largest load; that of the force divided by K"
             }
             _ => {
-                "largest change of the force zero that its checks found, divided by K, as a limit at the largest load"
+                "largest change of the force zero found by its checks, divided by K, as a limit at the largest load"
             }
         };
         return empty.counted(both_m / 3_f64.sqrt()).noted(note);

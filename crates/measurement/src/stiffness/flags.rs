@@ -149,7 +149,7 @@ pub enum Flag {
     },
     /// The slope does not stand clear of its uncertainty, so that 1/slope and its interval mean little.
     #[error(
-        "the slope is only {ratio:.1} times its standard uncertainty (limit 5): the interval of its inverse is not to be trusted"
+        "the slope is only {ratio:.1} times its standard uncertainty (limit 5): do not trust the interval of its inverse"
     )]
     SlopeNotResolved {
         /// Slope over its standard uncertainty.
@@ -157,7 +157,7 @@ pub enum Flag {
     },
     /// The repeats refute the straight line whose slope the stiffness is.
     #[error(
-        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.3e}, p < 0.01). U is that of the line and does not hold the curve: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.3e}, p < 0.01). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
         half(&.halves[0]), half(&.halves[1]), .dof[0], .dof[1]
     )]
     NotStraight {

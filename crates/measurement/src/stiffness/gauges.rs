@@ -148,7 +148,7 @@ impl GaugeTerms {
 pub fn read_off_words(gauge: &str, step: f64, unit: &str) -> String {
     let step = (step * 1e6).round() / 1e6;
     format!(
-        "the resolution of the {gauge} gauge is not stated: its readings are whole multiples of {step} {unit}, which is taken"
+        "the resolution of the {gauge} gauge is not stated: its readings are whole multiples of {step} {unit}, which is used"
     )
 }
 

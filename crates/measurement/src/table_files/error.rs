@@ -82,7 +82,7 @@ pub enum TableFileError {
     #[error("{at}: a quote opens and never ends")]
     #[diagnostic(
         code(stiffbench::table::unclosed_quote),
-        help("close the quote, or take it away")
+        help("close the quote, or remove it")
     )]
     UnclosedQuote {
         /// The line on which it opens.

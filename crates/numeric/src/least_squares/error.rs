@@ -71,7 +71,7 @@ pub enum LeastSquaresError {
         count: usize,
     },
     /// Ties that lead back to their beginning.
-    #[error("the ties go in a circle: {}", names.join(" -> "))]
+    #[error("the ties form a cycle: {}", names.join(" -> "))]
     #[diagnostic(
         code(stiffbench::least_squares::tie_cycle),
         help("make one of these parameters free or fixed")

@@ -131,7 +131,7 @@ impl Machine {
         self.ask(prompt, Why::OtherGauge(channel, identity.to_owned()), out);
     }
 
-    /// A question whose cause is gone is withdrawn.
+    /// A question is withdrawn when its cause disappears.
     pub(super) fn withdraw_what_is_gone(&mut self, out: &mut Vec<Action>) {
         let in_band = self.load.as_ref().is_some_and(LoadApproach::is_in_band);
         let gone = match (self.pending.as_ref().map(|open| &open.why), self.job) {

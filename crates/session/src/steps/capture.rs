@@ -218,7 +218,7 @@ impl Machine {
         let accept = ("accept", "take it as it is; the reading is flagged");
         let again = (
             "again",
-            "something was wrong and is put right: settle again",
+            "something was wrong and is corrected: settle again",
         );
         let skip = ("skip", "leave this reading out");
         let flip = ("flip", "the gauge is on the other side: reverse its sign");

@@ -42,7 +42,7 @@ impl Machine {
                     SkipScope::Reading => "this reading",
                     SkipScope::Cell => "the rest of this cell",
                 };
-                let text = format!("Why is {left_out} left out? Without a reason nothing is.");
+                let text = format!("Why is {left_out} left out? A reason is required.");
                 let mut prompt = Prompt::new("skip-reason", text, PromptKind::Text);
                 let words = SkipCode::GIVEN.map(SkipCode::word).join(", ");
                 prompt.details = vec![format!(
@@ -51,7 +51,7 @@ impl Machine {
                 self.ask(prompt, Why::SkipReason(what), out);
             }
             OperatorEvent::Note { text: None } => {
-                let prompt = Prompt::new("note", "What is to be noted?", PromptKind::Text);
+                let prompt = Prompt::new("note", "What should the note say?", PromptKind::Text);
                 self.ask(prompt, Why::NoteText, out);
             }
         }
@@ -66,7 +66,7 @@ impl Machine {
                     out.push(Action::Ask(channel, Ask::Identity));
                 }
             }
-            self.notify("going on", out);
+            self.notify("continuing", out);
             return;
         }
         let reason = "by the operator".to_owned();
@@ -75,7 +75,7 @@ impl Machine {
         if let Some(Job::Read { cell, index }) = self.job {
             let reading = &self.plan.cells[cell].readings[index];
             let text = format!(
-                "on going on: the gauges settle anew for the reading at {} N, repeat {}",
+                "after continuing: the gauges settle again for the reading at {} N, repeat {}",
                 reading.target_n, reading.repeat
             );
             self.notify(text, out);
@@ -168,7 +168,7 @@ impl Machine {
             return;
         }
         let text = format!(
-            "{} {} is complete. Measure it once more? What there is stays, superseded.",
+            "{} {} is complete. Measure it again? The existing readings stay, superseded.",
             planned.pose, planned.direction
         );
         self.ask(Prompt::confirm("redo-cell", text), Why::RedoCell(cell), out);

@@ -422,7 +422,7 @@ impl Machine {
             rule: "implausible",
             channel,
             text: format!(
-                "{}{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
+                "{}{:.1} um at {:.1} N is {:.0} um off the prediction from {what}.",
                 channel
                     .axis()
                     .map_or_else(String::new, |axis| format!("along {axis}, ")),

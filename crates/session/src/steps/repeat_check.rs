@@ -53,7 +53,7 @@ impl Machine {
         let choices = [
             (
                 "redo",
-                "take its run once more; what there is stays, superseded",
+                "take its run again; the existing readings stay, superseded",
             ),
             ("keep", "keep it; the reading is flagged"),
         ];

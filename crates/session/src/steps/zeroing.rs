@@ -47,7 +47,7 @@ impl Machine {
         self.stream_mut(channel).forget();
         if let Err(reason) = answer {
             self.notify(
-                format!("the {channel} gauge is zeroed by taking off what it shows ({reason})"),
+                format!("the {channel} gauge is zeroed by subtracting what it shows ({reason})"),
                 out,
             );
         }
@@ -129,8 +129,8 @@ impl Machine {
         let text =
             format!("The {channel} gauge confirmed its zero, but shows {shown}: hold, or locked?");
         let choices = [
-            ("again", "it is put right: zero it again"),
-            ("subtract", "it is right: take off what it shows"),
+            ("again", "it is corrected: zero it again"),
+            ("subtract", "it is right: subtract what it shows"),
         ];
         let prompt = Prompt::choice("zero-not-shown", text, &choices);
         self.ask(prompt, Why::ZeroNotShown(channel), out);

@@ -8,7 +8,7 @@ pub(crate) use on_unix::Counter;
 fn no_pseudo_terminal(problem: &str) -> ArgumentError {
     ArgumentError::new(
         "sustain",
-        format!("the system gives no pseudo-terminal: {problem}"),
+        format!("no pseudo-terminal is available: {problem}"),
         "run it on Linux or macOS",
     )
 }

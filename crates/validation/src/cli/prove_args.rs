@@ -70,7 +70,7 @@ pub(crate) struct ProveArgs {
     /// Sessions of the same bench before each simulated one, which tell its noise too (calibration and power), as with diagnose --earlier
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) earlier: usize,
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// Folder with `concealed`, as in the repository

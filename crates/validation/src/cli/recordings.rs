@@ -34,7 +34,7 @@ pub(crate) struct RecordingsArgs {
     /// Only recordings whose name contains this
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
 }

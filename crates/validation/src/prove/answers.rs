@@ -183,7 +183,7 @@ pub struct TrueNoise {
     pub slope: f64,
     /// Step of the displacement gauge, µm.
     pub res_um: f64,
-    /// Step of the force gauge, N.
+    /// Display step of the force gauge, N.
     #[serde(rename = "force_resolution_N")]
     pub force_resolution_n: f64,
 }

@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
-            reason: "up to ten times what the whole robot gives: a base softer than that is seen to rock",
+            reason: "up to ten times the compliance of the whole robot: a softer base would visibly rock",
         },
         typical: Typical {
             value: |_| 1e-14,
@@ -76,11 +76,11 @@ pub(super) const OVER_FORCE: LawFigure = LawFigure {
 };
 
 pub(super) const TOO_LITTLE_AT_PLACE: (&str, &str) = (
-    "no possible size of it would have stood out from the noise and from what the factors take",
+    "no plausible size would have been distinguishable from noise or from the fitted factors",
     "measure further poses, larger loads or more repeats",
 );
 
 pub(super) const TOO_LITTLE: (&str, Option<&str>) = (
-    "no possible size of it would have shown in these readings",
+    "no plausible size would have been detectable in these readings",
     Some("measure further poses, larger loads or more repeats"),
 );

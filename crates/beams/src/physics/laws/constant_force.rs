@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-1.0, 1.0].map(|side| side * UNSEEN * scale.force_n),
-            reason: "up to three tenths of the largest force: a hook, a cable or a gauge that was not zeroed; more is seen on the display",
+            reason: "up to three tenths of the largest force: a hook, a cable or a gauge that was not zeroed; more would show on the display",
         },
         typical: Typical {
             value: |_| 1e-8,
@@ -45,7 +45,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
-            "without an unloaded reading the zero of the gauge takes it",
+            "without an unloaded reading the gauge zero absorbs it",
             "read the gauge unloaded too, before each load sequence",
         ),
         unseen: TOO_LITTLE,
@@ -54,8 +54,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a constant force in {at}"),
         heading: |place| format!("a constant force, {place}"),
-        explanation: "In every reading under load a force acts beside the one that the gauge reads, as of a hook that hangs on it; at the \
-                      zero it is absent.",
+        explanation: "An additional constant force acts in every reading under load, such as the weight of a hook on the gauge; it is absent at the zero.",
     },
     check: Some(Check {
         rank: 0,

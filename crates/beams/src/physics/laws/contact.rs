@@ -37,7 +37,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "contact after free travel".to_owned(),
         heading: |_| "contact after free travel".to_owned(),
-        explanation: "Up to the onset the faces do not touch; from then on they carry by a power of their approach.",
+        explanation: "Up to the onset the faces do not touch; beyond it the force grows with a power of the approach.",
     },
     check: None,
 };
@@ -50,7 +50,7 @@ const FULL: ParameterSpec = ParameterSpec {
     sign: SignConstraint::Either,
     plausible: PlausibleRange {
         bounds: |scale, _| [-scale.force_n, scale.force_n],
-        reason: "the largest that was set, with the sign of the side on which the part touches; the size goes with it",
+        reason: "the largest value that was set, with the sign of the side on which the part touches; the size refers to it",
     },
     typical: Typical {
         value: |scale| scale.force_n,
@@ -66,7 +66,7 @@ const POWER: ParameterSpec = ParameterSpec {
     sign: SignConstraint::AboveZero,
     plausible: PlausibleRange {
         bounds: |_, _| [1.0, 2.5],
-        reason: "from flat faces, 1, over a sphere, 3/2, to a cone or a soft film, 2 and a little more",
+        reason: "from 1 (flat faces) over 3/2 (sphere) to slightly above 2 (cone or soft film)",
     },
     typical: Typical {
         value: |_| 1.5,
@@ -84,7 +84,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: |scale, _| [-200.0 * scale.displacement_m, 200.0 * scale.displacement_m],
-                reason: "up to two hundred times the largest force: contact may be shorter than all that was set",
+                reason: "up to two hundred times the largest force: contact may cover only a small part of the travel",
             },
             ..ANSWER
         },
@@ -95,7 +95,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             word: "onset",
             plausible: PlausibleRange {
                 bounds: |scale, _| [-scale.force_n, scale.force_n],
-                reason: "within what was set: beyond it nothing touches, or all the time",
+                reason: "within the range that was set: outside it the faces never touch, or always do",
             },
             typical: Typical {
                 value: |scale| 0.3 * scale.force_n,

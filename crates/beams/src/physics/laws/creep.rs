@@ -25,7 +25,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: SignConstraint::AboveZero,
             plausible: PlausibleRange {
                 bounds: |_, _| [TIMES_S[0] / SHAPE_ROOM, TIMES_S[TIMES_S.len() - 1] * SHAPE_ROOM],
-                reason: "from a tenth of a second to half a minute: holds of seconds to minutes show no other",
+                reason: "from a tenth of a second to half a minute: holds of seconds to minutes reveal no other value",
             },
             typical: Typical {
                 value: |_| 1.0,
@@ -82,7 +82,7 @@ const GROWTH: ParameterSpec = ParameterSpec {
     sign: SignConstraint::Positive,
     plausible: PlausibleRange {
         bounds: |_, _| [0.0, 0.3],
-        reason: "up to 30 % a decade of time: metals creep by less than 1 %, plastics by up to a third",
+        reason: "up to 30 % per decade of time: metals creep by less than 1 %, plastics by up to a third",
     },
     typical: Typical {
         value: |_| 1e-7,

@@ -23,7 +23,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-ANOTHER_UNIT, ANOTHER_UNIT],
-            reason: "up to three tenths: a lever indicator at an angle, a tip of another length; more is another unit, and is seen at once",
+            reason: "up to 0.3: a lever indicator at an angle, a tip of another length; more would be a wrong unit, and obvious",
         },
         typical: Typical {
             value: |_| 1e-6,
@@ -49,11 +49,11 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a wrong scale of the displacement gauge".to_owned(),
         heading: |_| "scale of the displacement gauge".to_owned(),
-        explanation: "The displacement gauge reads a share too much or too little.",
+        explanation: "The displacement gauge reads too much or too little by a constant fraction.",
     },
     check: Some(Check {
         rank: 0,
-        text: |_| "set the displacement gauge on gauge blocks of known size; look at the length of its tip and at the angle of a lever indicator".to_owned(),
+        text: |_| "check the displacement gauge on gauge blocks of known size; check the length of its tip and the angle of a lever indicator".to_owned(),
         minutes: 10.0,
     }),
 };

@@ -56,7 +56,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a drift of the displacement gauge with temperature".to_owned(),
         heading: |_| "drift with temperature".to_owned(),
-        explanation: "The displacement reading moves with the temperature, loaded or not.",
+        explanation: "The displacement reading drifts with the temperature, with and without load.",
     },
     check: Some(BESIDE_A_THERMOMETER),
 };

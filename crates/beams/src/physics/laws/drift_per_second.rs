@@ -41,7 +41,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a drift of the displacement gauge with time".to_owned(),
         heading: |_| "drift with time".to_owned(),
-        explanation: "The displacement reading moves with the clock, loaded or not.",
+        explanation: "The displacement reading drifts with time, with and without load.",
     },
     check: Some(BESIDE_A_THERMOMETER),
 };
@@ -65,7 +65,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ..LAW.search
     },
     words: LawWording {
-        explanation: "The displacement reading moves with the clock, loaded or not, and had moved before the first reading.",
+        explanation: "The displacement reading drifts with time, with and without load, and had drifted before the first reading.",
         ..LAW.words
     },
     ..LAW
@@ -97,7 +97,7 @@ const ZEROED_BEFORE: ParameterSpec = ParameterSpec {
     sign: SignConstraint::Positive,
     plausible: PlausibleRange {
         bounds: |scale, _| [0.0, scale.time_s],
-        reason: "no longer than the readings on one zero take",
+        reason: "no longer than the duration of the readings on one zero",
     },
     typical: Typical {
         value: |scale| 0.1 * scale.time_s,
@@ -107,12 +107,12 @@ const ZEROED_BEFORE: ParameterSpec = ParameterSpec {
 };
 
 pub(super) const MOST_DRIFT: &str =
-    "up to the largest displacement within one run: a larger drift is seen as the readings come";
+    "up to the largest displacement within one run: a larger drift would be noticed while measuring";
 
 pub(super) const BESIDE_A_THERMOMETER: Check = Check {
     rank: 1,
     text: |_| {
-        "leave the gauges on the unloaded robot for half an hour beside a thermometer, a reading a minute"
+        "leave the gauges on the unloaded robot for half an hour beside a thermometer, and take a reading every minute"
             .to_owned()
     },
     minutes: 30.0,

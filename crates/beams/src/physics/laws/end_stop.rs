@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a stop that {at} runs into"),
         heading: |place| format!("a stop of {place}"),
-        explanation: "Up to the stop the part yields by its line, beyond it less.",
+        explanation: "Up to the stop the part follows its straight line; beyond it the part is stiffer.",
     },
     check: Some(ACROSS_THE_JOINT),
 };
@@ -73,7 +73,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
 const CHANGE: ParameterSpec = ParameterSpec {
     plausible: PlausibleRange {
         bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
-        reason: "at least a third of the mean slope, below which it is no stop but a curve",
+        reason: "at least a third of the mean slope: less would be a curve, not a stop",
     },
     typical: Typical {
         value: mean_slope,
@@ -82,11 +82,11 @@ const CHANGE: ParameterSpec = ParameterSpec {
     ..SLOPE
 };
 
-/// A stop lies in the outer part of what was set: a part that is softer in the middle alone has play.
+/// A stop lies in the outer part of the range that was set: a part that is softer only in the middle has play.
 const FAR_OUT: ParameterSpec = ParameterSpec {
     plausible: PlausibleRange {
         bounds: |scale, _| [STOPS[0], STOPS[STOPS.len() - 1]].map(|stop| stop * scale.force_n),
-        reason: "in the outer part of what was set: a part that is softer in the middle alone has play",
+        reason: "in the outer part of the range that was set: a part that is softer only in the middle has play",
     },
     typical: Typical {
         value: |scale| 0.7 * scale.force_n,

@@ -50,16 +50,16 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("wrong {at}"),
         heading: |place| format!("{place}"),
-        explanation: "The factors of these elements, which this fit keeps as they are, are wrong.",
+        explanation: "The factors of these elements, which this fit holds fixed, are wrong.",
     },
     check: Some(Check {
         rank: 1,
         text: |place| match place {
             Place::Group { group, property } => {
                 let factor = property.as_ref().map_or_else(|| group.clone(), |property| format!("{group}.{}", property.name()));
-                format!("look where the factors of {group} come from, and fit them with `--free {factor}` if the poses determine them")
+                format!("check the source of the factors of {group}, and fit them with `--free {factor}` if the poses determine them")
             }
-            other => format!("look where {other} come from"),
+            other => format!("check the source of {other}"),
         },
         minutes: 5.0,
     }),

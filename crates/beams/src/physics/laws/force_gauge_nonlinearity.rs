@@ -48,8 +48,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     figure: OVER_FORCE,
     words: LawWording {
-        phrase: |_, _| "a force gauge that does not read evenly".to_owned(),
-        heading: |_| "the error of the force gauge".to_owned(),
+        phrase: |_, _| "a nonlinear force gauge".to_owned(),
+        heading: |_| "the nonlinearity of the force gauge".to_owned(),
         explanation: "The true force departs from the reading of the force gauge by an amount that grows with the square of the force.",
     },
     check: Some(Check {

@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-ANOTHER_UNIT, ANOTHER_UNIT],
-            reason: "up to three tenths: more is another unit, and is seen at once",
+            reason: "up to 0.3: more would be a wrong unit, and obvious",
         },
         typical: Typical {
             value: |_| 1e-6,
@@ -50,11 +50,11 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a wrong scale of the force gauge".to_owned(),
         heading: |_| "scale of the force gauge".to_owned(),
-        explanation: "The force that acts is another than the force gauge says, by the same share at every load.",
+        explanation: "The true force differs from the reading of the force gauge by the same fraction at every load.",
     },
     check: Some(Check {
         rank: 0,
-        text: |_| "hang a known weight on the force gauge and compare its reading; look at the date of its calibration and at the sensitivity that is set".to_owned(),
+        text: |_| "hang a known weight on the force gauge and compare its reading; check the date of its calibration and its sensitivity setting".to_owned(),
         minutes: 10.0,
     }),
 };

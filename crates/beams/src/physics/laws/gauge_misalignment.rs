@@ -22,7 +22,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-SEEN_BY_EYE, SEEN_BY_EYE],
-            reason: "up to three degrees: more is seen by eye",
+            reason: "up to three degrees: more would be visible",
         },
         typical: Typical {
             value: |_| 1e-7,
@@ -42,7 +42,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
-            "this robot hardly moves that way under a load in the direction of reading",
+            "this robot hardly moves in that direction under a load in the measured direction",
             "read the displacement along all three axes at each load",
         ),
         unseen: TOO_LITTLE,

@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                     let [low, high] = [1.0 - NOMINAL_TOLERANCE, 1.0 + NOMINAL_TOLERANCE];
                     [SHORTEST_PERIOD_M * low, (longest_m(scale) * high).max(SHORTEST_PERIOD_M)]
                 },
-                reason: "from 50 um, below which it cannot be distinguished from reading errors, to most of the travel: less than a period is a curve",
+                reason: "from 50 um, below which it cannot be distinguished from reading errors, to most of the travel: a fraction of a period is only a curve",
             },
             typical: Typical {
                 value: |_| 2.5e-4,
@@ -105,7 +105,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a periodic error of the displacement gauge".to_owned(),
         heading: |_| "the period of the gauge".to_owned(),
-        explanation: "The gauge's error repeats itself over its travel.",
+        explanation: "The error of the gauge is periodic over its travel.",
     },
     check: Some(Check {
         rank: 0,

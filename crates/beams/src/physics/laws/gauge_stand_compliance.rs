@@ -21,7 +21,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
-            reason: "up to ten times the compliance of the robot where it is stiffest: a softer stand is seen to move",
+            reason: "up to ten times the compliance of the robot where it is stiffest: a softer stand would visibly move",
         },
         typical: Typical {
             value: |_| 1e-14,
@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a stand of the displacement gauge that gives way in {at}"),
         heading: |place| format!("a yielding gauge stand, {place}"),
-        explanation: "The gauge reads more than the robot moves, in proportion to the force, in every pose alike.",
+        explanation: "The gauge reads more than the robot moves, in proportion to the force and equally in every pose.",
     },
     check: Some(Check {
         rank: 1,

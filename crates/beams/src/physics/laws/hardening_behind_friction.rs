@@ -31,7 +31,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ..odd_polynomial::LAW.search
     },
     words: LawWording {
-        explanation: "Friction holds the part until it is overcome; what it leaves loads a spring whose slope changes with its load.",
+        explanation: "Friction holds the part until it is overcome; the force beyond friction loads a spring whose slope changes with its load.",
         ..odd_polynomial::LAW.words
     },
     ..odd_polynomial::LAW

@@ -32,7 +32,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                     let taken_up_rad = 1.2 * scale.moment_nm / scale.loop_nm_per_rad;
                     [0.0, softest_rad.min(taken_up_rad)]
                 },
-                reason: "no more than the softest plausible joint turns under the largest moment, nor than the loads of the session take up",
+                reason: "at most the rotation of the softest plausible joint under the largest moment, and at most what the loads of the session take up",
             },
             typical: Typical {
                 value: |_| 1e-12,
@@ -74,7 +74,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("play in {at}"),
         heading: |place| format!("play in {place}"),
-        explanation: "Once the moment on the joint overcomes its seat, the joint turns freely through its play; from then on it carries.",
+        explanation: "Once the moment on the joint exceeds the seat moment, the joint turns freely through its play; then it carries load again.",
     },
     check: Some(ACROSS_THE_JOINT),
 };

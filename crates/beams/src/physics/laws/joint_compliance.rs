@@ -32,9 +32,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     figure: OF_A_JOINT,
     words: LawWording {
-        phrase: |at, _| format!("a springy {at}"),
-        heading: |place| format!("a springy {place}"),
-        explanation: "The joint turns in proportion to the moment on it, like a spring, where the model holds it rigid.",
+        phrase: |at, _| format!("a compliant {at}"),
+        heading: |place| format!("a compliant {place}"),
+        explanation: "The joint turns in proportion to the moment on it, like a spring; the model takes it as rigid.",
     },
     check: Some(ACROSS_THE_JOINT),
 };
@@ -47,8 +47,7 @@ pub(super) const COMPLIANCE: ParameterSpec = ParameterSpec {
     sign: SignConstraint::Positive,
     plausible: PlausibleRange {
         bounds: |scale, _| scale.plausible_compliance(),
-        reason: "up to ten times what the whole structure gives there: drives and bearings give up to nine tenths of what a heavy arm \
-                 gives; in a closed loop up to a pin, beyond which readings carry no information",
+        reason: "up to ten times the compliance of the whole structure there: drives and bearings make up to nine tenths of the compliance of a heavy arm; in a closed loop up to a pin, beyond which readings carry no information",
     },
     typical: Typical {
         value: |_| 1e-12,
@@ -66,8 +65,8 @@ pub(super) const OF_A_JOINT: LawFigure = LawFigure {
 };
 
 pub(super) const UNSEEN_AT_JOINT: (&str, &str) = (
-    "even if the joint turned freely the readings would hardly change, or the factors take what changes",
-    "measure poses in which the load turns the joint more, or load and read the linkage next to it",
+    "even if the joint turned freely, the readings would hardly change, or the fitted factors would absorb the change",
+    "measure poses in which the load puts a larger moment on the joint, or load and read the linkage next to it",
 );
 
 pub(super) const NO_SUCH_JOINT: (&str, Option<&str>) = (

@@ -30,7 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: plausible_ratio,
-                reason: "between minus half and twenty times the linear part at the largest moment: below it the joint would turn back",
+                reason: "between minus half and twenty times the linear part at the largest moment: below that the joint would turn backwards",
             },
             typical: Typical {
                 value: |scale| 0.8e-12 / scale.moment_nm,

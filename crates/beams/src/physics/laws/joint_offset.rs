@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-OVERLOOKED_RAD, OVERLOOKED_RAD],
-            reason: "up to five degrees: a mastering that was lost, an angle read off beside the pose; more is seen",
+            reason: "up to five degrees: lost mastering, an angle noted for the wrong pose; more would be visible",
         },
         typical: Typical {
             value: |_| 1e-6,
@@ -50,16 +50,16 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a wrong {at}"),
         heading: |place| format!("{place}"),
-        explanation: "A joint stands at another angle than the robot file and the pose say.",
+        explanation: "The angle of a joint differs from that of the robot file and the pose.",
     },
     check: Some(Check {
         rank: 0,
         text: |place| match place {
             Place::JointAngle { joint, pose: Some(pose) } => {
-                format!("measure the angle of joint {joint} in pose {pose} with an inclinometer, and compare the robot file")
+                format!("measure the angle of joint {joint} in pose {pose} with an inclinometer, and compare it with the robot file")
             }
             Place::JointAngle { joint, pose: None } => {
-                format!("measure the angle of joint {joint} with an inclinometer, compare the robot file and look at its mastering marks")
+                format!("measure the angle of joint {joint} with an inclinometer, compare it with the robot file, and check the mastering marks")
             }
             other => format!("measure {other} with an inclinometer"),
         },

@@ -21,7 +21,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
-            reason: "up to ten times what the whole robot gives: a bearing softer than that is seen to tilt",
+            reason: "up to ten times the compliance of the whole robot: a softer bearing would visibly tilt",
         },
         typical: Typical {
             value: |_| 1e-14,
@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("tilt compliance of {at}"),
         heading: |place| format!("tilt compliance, {place}"),
-        explanation: "The joint gives way about an axis across its own: its bearing tilts under the moment there.",
+        explanation: "The joint yields about an axis perpendicular to its own: its bearing tilts under the moment there.",
     },
     check: Some(Check {
         rank: 1,

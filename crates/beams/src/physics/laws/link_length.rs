@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-OVERLOOKED_M, OVERLOOKED_M],
-            reason: "up to 50 mm: another revision of the drawing, a face taken for the axis, an adapter left out; more is seen with the naked eye",
+            reason: "up to 50 mm: another revision of the drawing, a face taken for the axis, an adapter left out; more would be visible",
         },
         typical: Typical {
             value: |_| 1e-6,
@@ -50,15 +50,15 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a wrong {at}"),
         heading: |place| format!("{place} of the robot file"),
-        explanation: "A length of the robot is another than the one that its file states.",
+        explanation: "A length of the robot differs from the one in its file.",
     },
     check: Some(Check {
         rank: 0,
         text: |place| match place {
             Place::Length { body, entry } => {
-                format!("measure `{entry}` of {body} with a tape, from joint axis to joint axis, and compare the robot file")
+                format!("measure `{entry}` of {body} with a tape, from joint axis to joint axis, and compare it with the robot file")
             }
-            other => format!("measure {other} with a tape and compare the robot file"),
+            other => format!("measure {other} with a tape, and compare them with the robot file"),
         },
         minutes: 10.0,
     }),

@@ -64,8 +64,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("friction in {at} that grows with the load"),
         heading: |place| format!("friction of {place} that grows with the load"),
-        explanation: "Friction holds the part until it is overcome, and the load itself makes it larger; the loop between loading and unloading \
-                      opens with the load.",
+        explanation: "Friction holds the part until it is overcome, and it grows with the load; the loop between loading and unloading widens with the load.",
     },
     check: Some(ACROSS_THE_JOINT),
 };

@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-SEEN_BY_EYE, SEEN_BY_EYE],
-            reason: "up to three degrees: more is seen by eye",
+            reason: "up to three degrees: more would be visible",
         },
         typical: Typical {
             value: |_| 1e-7,
@@ -53,7 +53,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a force {at}"),
         heading: |place| format!("a turned force, {place}"),
-        explanation: "A part of the force acts across the direction in which it is meant to act.",
+        explanation: "A component of the force acts perpendicular to the intended direction.",
     },
     check: Some(Check {
         rank: 2,

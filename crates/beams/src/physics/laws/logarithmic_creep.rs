@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     parameters: &[
         ParameterSpec {
             name: "c",
-            word: "compliance a decade of time",
+            word: "compliance per decade of time",
             ..SLOPE
         },
         TIME_CONSTANT,
@@ -41,7 +41,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "creep of the part".to_owned(),
         heading: |_| "creep".to_owned(),
-        explanation: "The answer to each change of the load grows with the logarithm of the time since.",
+        explanation: "The response to each change of the load grows with the logarithm of the time since that change.",
     },
     check: None,
 };
@@ -53,7 +53,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     parameters: &[
         ParameterSpec {
             name: "k",
-            word: "stiffness lost a decade of time",
+            word: "stiffness lost per decade of time",
             ..SLOPE
         },
         TIME_CONSTANT,
@@ -64,7 +64,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ..LAW.search
     },
     words: LawWording {
-        explanation: "The force that answers each change of the displacement falls with the logarithm of the time since.",
+        explanation: "The force after each change of the displacement falls with the logarithm of the time since that change.",
         ..LAW.words
     },
     ..LAW

@@ -26,7 +26,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
-            "without it the readings would hardly change, or the factors take what changes",
+            "without it the readings would hardly change, or the fitted factors would absorb the change",
             "measure further poses, or inspect both of its ends",
         ),
         unseen: (

@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     figure: FIGURE,
     words: LawWording {
-        phrase: |at, _| format!("friction in {at} that gives way little by little"),
+        phrase: |at, _| format!("gradual friction in {at}"),
         heading: |place| format!("gradual friction in {place}"),
         explanation: "Parts of the contact slide one after the other; on reversal they stick and slide again in the same order, so that every \
                       loop has the shape of the first loading at twice the size.",

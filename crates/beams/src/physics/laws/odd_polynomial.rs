@@ -61,12 +61,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     figure: FIGURE,
     words: LawWording {
         phrase: |at, values| match values.first() {
-            Some(c3) if *c3 < 0.0 => format!("{} whose answer falls behind its load", one_of(at)),
-            Some(_) => format!("{} whose answer grows faster than its load", one_of(at)),
+            Some(c3) if *c3 < 0.0 => format!("{} whose response grows more slowly than its load", one_of(at)),
+            Some(_) => format!("{} whose response grows faster than its load", one_of(at)),
             None => format!("{} whose slope changes with the load", one_of(at)),
         },
         heading: |place| format!("odd powers of {place}"),
-        explanation: "The part answers to its load by odd powers besides the line: alike in both directions.",
+        explanation: "The response has odd powers of the load besides the straight line, alike in both directions.",
     },
     check: Some(ACROSS_THE_JOINT),
 };

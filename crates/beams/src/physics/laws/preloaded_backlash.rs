@@ -41,7 +41,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("play in {at} away from zero load"),
         heading: |place| format!("play of {place} away from zero load"),
-        explanation: "At its preload the part passes through its play; before and after it carries.",
+        explanation: "At its preload the part passes through its play; before and after, it carries load.",
     },
     check: Some(ACROSS_THE_JOINT),
 };
@@ -87,7 +87,7 @@ const MIDDLE: ParameterSpec = ParameterSpec {
     sign: SignConstraint::Either,
     plausible: PlausibleRange {
         bounds: |scale, _| [-scale.force_n, scale.force_n],
-        reason: "within what was set: elsewhere the play is never passed",
+        reason: "within the range that was set: outside it the play is never passed",
     },
     typical: Typical {
         value: |scale| 0.3 * scale.force_n,

@@ -55,8 +55,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     check: Some(Check {
         rank: 1,
         text: |place| match place {
-            Place::Element(element) => format!("measure the section of {element} with a caliper (width, wall), and compare the robot file"),
-            other => format!("measure the section of {other} with a caliper, and compare the robot file"),
+            Place::Element(element) => format!("measure the section of {element} with a caliper (width, wall), and compare it with the robot file"),
+            other => format!("measure the section of {other} with a caliper, and compare them with the robot file"),
         },
         minutes: 15.0,
     }),

@@ -25,7 +25,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: |_, _| [-0.5, 0.5],
-                reason: "up to half of the displacement: a robot that gives more is loose",
+                reason: "up to half of the displacement: a robot that yields more is loose",
             },
             typical: Typical {
                 value: |_| 1e-7,
@@ -40,7 +40,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: SignConstraint::AboveZero,
             plausible: PlausibleRange {
                 bounds: |_, _| [DECAYS[0] / SHAPE_ROOM, DECAYS[DECAYS.len() - 1] * SHAPE_ROOM],
-                reason: "from half a repeat to six: less is the first repeat alone, more is a slope over all",
+                reason: "from half a repeat to six: a shorter decay affects the first repeat alone, a longer one is a slope over all repeats",
             },
             typical: Typical {
                 value: |_| 1.0,
@@ -76,11 +76,11 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     words: LawWording {
         phrase: |_, values| match values.first() {
-            Some(k) if *k < 0.0 => "setting in (the first repeats give way less)".to_owned(),
-            _ => "setting in (the first repeats give way more)".to_owned(),
+            Some(k) if *k < 0.0 => "setting in (the first repeats yield less)".to_owned(),
+            _ => "setting in (the first repeats yield more)".to_owned(),
         },
         heading: |_| "setting in".to_owned(),
-        explanation: "The first load sequences differ from the later ones by a share that dies away.",
+        explanation: "The first load sequences differ from the later ones by a fraction that decays over the repeats.",
     },
     check: Some(Check {
         rank: 3,

@@ -21,7 +21,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-scale.displacement_m, scale.displacement_m],
-            reason: "up to the largest displacement: a larger jump is seen as the readings come",
+            reason: "up to the largest displacement: a larger jump would be noticed while measuring",
         },
         typical: Typical {
             value: |_| 1e-9,
@@ -43,7 +43,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
             "no run that is repeated has enough load steps to distinguish a slip from an outlier",
-            Some("take at least four load steps a run"),
+            Some("take at least four load steps per run"),
         ),
     },
     figure: LawFigure {

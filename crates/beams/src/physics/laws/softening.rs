@@ -31,7 +31,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     figure: FIGURE,
     words: LawWording {
-        phrase: |_, _| "a part that has grown softer by its first loading".to_owned(),
+        phrase: |_, _| "a part softened by its first loading".to_owned(),
         heading: |_| "softening by the first loading".to_owned(),
         explanation: "Below the largest load so far the part is softer than at its first loading.",
     },

@@ -34,7 +34,7 @@ const fn compliance(dimension: Dimension) -> ParameterSpec {
         sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
-            reason: "up to ten times what the whole robot gives: a mount softer than that is seen to move",
+            reason: "up to ten times the compliance of the whole robot: a softer mount would visibly move",
         },
         typical: Typical {
             value: |_| 1e-14,
@@ -69,7 +69,7 @@ const OF_THE_TOOL: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("compliance of {at}"),
         heading: |place| format!("tool compliance, {place}"),
-        explanation: "What stands between the last link and the end gives way: flange, adapter, tool or the bracket of the gauge.",
+        explanation: "Something between the last link and the end yields: flange, adapter, tool or the bracket of the gauge.",
     },
     check: Some(Check {
         rank: 1,

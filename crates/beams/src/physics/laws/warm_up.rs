@@ -44,7 +44,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |_, _| "a machine that warms up".to_owned(),
         heading: |_| "a machine that warms up".to_owned(),
-        explanation: "The reading moves with a time constant from the beginning on, loaded or not.",
+        explanation: "The reading drifts with a time constant from the beginning, with and without load.",
     },
     check: None,
 };

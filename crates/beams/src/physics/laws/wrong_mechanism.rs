@@ -26,16 +26,16 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
-            "the readings would hardly change, or the factors take what changes",
-            "measure further poses, or look at brakes and coupling rods",
+            "the readings would hardly change, or the fitted factors would absorb the change",
+            "measure further poses, or check brakes and coupling rods",
         ),
-        unseen: ("the robot file has no other mechanism that stands in these poses", None),
+        unseen: ("the robot file has no other mechanism that can take these poses", None),
     },
     figure: OVER_FORCE,
     words: LawWording {
-        phrase: |at, _| format!("another mechanism than the session says, {at}"),
+        phrase: |at, _| format!("another mechanism than the session names, {at}"),
         heading: |place| format!("{place} instead"),
-        explanation: "The robot behaves as another mechanism of its file than the one that the session names.",
+        explanation: "The robot behaves like another mechanism of its file than the one that the session names.",
     },
     check: Some(Check {
         rank: 0,
@@ -44,7 +44,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                 Place::Mechanism(name) => name.clone(),
                 other => other.to_string(),
             };
-            format!("look which drives, brakes and coupling rods are engaged, and try `--mechanism {mechanism}`")
+            format!("check which drives, brakes and coupling rods are engaged, and try `--mechanism {mechanism}`")
         },
         minutes: 5.0,
     }),

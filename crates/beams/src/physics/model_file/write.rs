@@ -14,7 +14,7 @@ impl ModelFile {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = String::from(
-            "# A beam model with the physics found beside it: --model of fit, simulate and the other subcommands takes it.\n\
+            "# A beam model with the physics that was found, for --model of fit, simulate and other commands.\n\
              # Values are in SI units. docs/physics.md explains laws, places and parameters.\n",
         );
         let _ = writeln!(text, "schema = \"{MODEL_SCHEMA}\"");

@@ -226,7 +226,7 @@ impl<K: Measurable> Visitor<'_> for MeasuredVisitor<K> {
         else {
             let known = units_of(K::KINDS).join(", ");
             return Err(E::custom(format_args!(
-                "`{unit}` is no unit of this key: it may end in {known}"
+                "`{unit}` is not a unit of this key: it may end in {known}"
             )));
         };
         let convert = |number: f64| match conversion {

@@ -33,8 +33,7 @@ impl RobotBuilder<'_> {
                 return Err(self.error(&path, RobotProblem::Shape(message)));
             }
             if name == "offset" || name == BASE || (name == TOOL && table != "variables") {
-                let message =
-                    "`base`, `tool` and `offset` have a meaning of their own and name nothing else";
+                let message = "`base`, `tool` and `offset` are reserved names";
                 return Err(self.error(&path, RobotProblem::Shape(message)));
             }
         }

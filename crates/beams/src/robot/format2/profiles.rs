@@ -21,7 +21,7 @@ pub(crate) struct SectionProfile {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum ProfileError {
     /// A word that names no shape.
-    #[error("`{word}` is no profile")]
+    #[error("`{word}` is not a profile")]
     UnknownShape {
         /// The word.
         word: String,

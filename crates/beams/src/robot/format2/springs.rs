@@ -151,7 +151,7 @@ impl RobotBuilder<'_> {
                 "a rigid joint and a pin have no stiffness: leave it out, or write `spring = \"fixed\"`",
             ),
             (Some(SpringWord::Tied), Some(_)) => {
-                shape("a tied spring has the stiffness of the other: leave its own out")
+                shape("a tied spring has the stiffness of the other: leave its stiffness out")
             }
         }
     }
@@ -208,7 +208,7 @@ impl RobotBuilder<'_> {
                 of_other.filter(|(_, spring)| !matches!(spring.in_fit, RoleInFit::Tied(_)))
             else {
                 let message =
-                    format!("{parameter} is tied to {other}, which is no spring of its own");
+                    format!("{parameter} is tied to {other}, which is not an independent spring");
                 return Err(refused(message));
             };
             let tied = SpringDefault {

@@ -50,7 +50,9 @@ pub enum NoMap {
         effect: String,
     },
     /// A law that is not linear, and a question that only linear structures have an answer to.
-    #[error("{effect} is not linear: what the end does is not its compliance times the load")]
+    #[error(
+        "{effect} is not linear: the displacement of the end is not its compliance times the load"
+    )]
     #[diagnostic(
         code(stiffbench::distribution::linear_only),
         help("leave out the law; `stiffbench simulate` shows what it does under a load")

@@ -6,6 +6,7 @@ use stiffbench_numeric::least_squares::{
     ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, spread,
 };
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::intervals::{Profiled, covariance_if_any};
@@ -115,7 +116,9 @@ pub fn fit_load_cases(
     outcome.warnings = profiled.describe(&parameters, &mut outcome.estimates, ["poses", "others"]);
     if covariance.is_none() {
         outcome.warnings.push(format!(
-            "{components} components and {free} free parameters leave no degrees of freedom: the values have no intervals"
+            "{} and {} leave no degrees of freedom: the values have no intervals",
+            counted(components, "component"),
+            counted(free, "free parameter")
         ));
     }
     if leave_out {
@@ -133,7 +136,7 @@ pub fn fit_load_cases(
         let words = &outcome.termination;
         outcome
             .warnings
-            .push(format!("the search did not arrive: {words}"));
+            .push(format!("the search did not converge: {words}"));
     }
     Ok(outcome)
 }

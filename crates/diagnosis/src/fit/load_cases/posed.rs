@@ -294,7 +294,7 @@ impl PosedLoadCases {
             .collect();
         if !absent.is_empty() {
             self.warnings.push(format!(
-                "assumed: no column of joint values for {}: each stands as in the pose of that name in the robot file, else at its nominal value",
+                "assumed: no joint column for {}: each has its value in the pose of that name in the robot file, else its nominal value",
                 absent.join(", ")
             ));
         }

@@ -127,9 +127,9 @@ pub(in crate::fit) fn why_open(
     let why = if loaded {
         "base frame, tool point or other springs move the measured point in the same way"
     } else if model.posed.cases.iter().all(|case| case.load == [0.0; 6]) {
-        "own weight does not load it, or not so that the measured point moves"
+        "the robot's own weight does not load it, or does not move the measured point by it"
     } else {
-        "neither own weight nor the loads of these poses act on it"
+        "neither the robot's own weight nor the loads of these poses act on it"
     };
     let label = |pose: usize| {
         let mut cases = model.posed.cases.iter();
@@ -138,7 +138,7 @@ pub(in crate::fit) fn why_open(
     };
     let remedy = best.filter(|(moved, ..)| *moved > 0.0).and_then(|(_, axis, pose)| {
         Some(format!(
-            "positions with {NAMED_FORCE_N:.0} N along {axis} of the base beside ones without would determine it, best in pose {}",
+            "positions with and without {NAMED_FORCE_N:.0} N along {axis} of the base would determine it, best in pose {}",
             label(pose)?
         ))
     });

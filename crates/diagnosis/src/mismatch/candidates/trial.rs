@@ -27,7 +27,7 @@ pub struct TrialNoise {
     pub noise: ReadingNoise,
     /// Step of the displacement gauge, m.
     pub displacement_step_m: f64,
-    /// Step of the force gauge, N.
+    /// Display step of the force gauge, N.
     pub force_step_n: f64,
     /// Whether the reading error is a shifted gamma with the same standard deviation and a skewness of 1.4, not a normal.
     pub skewed: bool,

@@ -45,10 +45,7 @@ pub(super) fn refine_scores(
     left: &Location,
     base: &Procedure,
 ) -> Option<NextMeasurement> {
-    let separates = [
-        "a cause that no law describes",
-        "an accident of these readings",
-    ];
+    let separates = ["a cause that no law describes", "chance in these readings"];
     let separates = separates.map(str::to_owned);
     if let Some(period_s) = left.period_s {
         let (plan, minutes) = unloaded(period_s);
@@ -88,8 +85,7 @@ fn unloaded(period_s: f64) -> (String, f64) {
     const READINGS: f64 = 12.0;
     let minutes = (PERIODS * period_s / 60.0).ceil();
     let words = format!(
-        "leave the gauges on the unloaded robot for {minutes:.0} minutes and write down displacement and temperature every {:.0} s: it shows \
-         whether the swing is there without load and follows the room",
+        "leave the gauges on the unloaded robot for {minutes:.0} minutes and write down displacement and temperature every {:.0} s: it shows whether the swing occurs without load and follows the room temperature",
         (period_s / READINGS).ceil()
     );
     (words, minutes)

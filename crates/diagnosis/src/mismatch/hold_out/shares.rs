@@ -120,12 +120,14 @@ impl DiagnosisProblem<'_> {
         };
         let reason = |seen: Option<f64>, share: Option<f64>| match (seen, share) {
             (Some(_), Some(_)) => None,
-            (None, _) if is_from_fit => Some("the scatter is what the fit leaves"),
-            (None, _) => Some("the misfit is too small to be divided"),
-            (_, None) if folds.is_none() => {
-                Some("no readings can be left out that the others determine")
+            (None, _) if is_from_fit => {
+                Some("the scatter is estimated from the residuals of the fit")
             }
-            (_, None) => Some("the misfit of readings left out is too small to be divided"),
+            (None, _) => Some("the misfit is too small to be apportioned"),
+            (_, None) if folds.is_none() => {
+                Some("no group of readings can be left out so that the others determine it")
+            }
+            (_, None) => Some("the misfit of readings left out is too small to be apportioned"),
         };
         let shares = |seen: Option<f64>, unseen: Option<f64>| {
             let seen = seen.filter(|_| !is_from_fit);

@@ -187,7 +187,7 @@ impl Beside {
     };
 }
 
-/// How errors are distributed, as far as values about zero show it: Student's t of each number of degrees of freedom and scale with its share.
+/// Distribution of the errors, as far as values about zero show it: Student's t of each number of degrees of freedom and scale with its share.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tails {
     shares: Vec<(f64, StudentT)>,

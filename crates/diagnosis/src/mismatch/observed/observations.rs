@@ -104,7 +104,7 @@ pub struct ObservedReading {
 /// Steps of the gauges, as the instrument records state them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GaugeSteps {
-    /// Step of the force gauge, N.
+    /// Display step of the force gauge, N.
     pub force_n: Option<f64>,
     /// Step of the displacement gauge, m.
     pub displacement_m: Option<f64>,

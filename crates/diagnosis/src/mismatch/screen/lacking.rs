@@ -53,7 +53,7 @@ pub(crate) fn lacking(problem: &DiagnosisProblem<'_>, is_from_fit: bool) -> Vec<
         ));
     }
     if observations.displacement_was_set() {
-        lacking.push("a force that was set: the displacement is a straight line of time in every branch, so it was set and the force answers: diagnose with --response force".to_owned());
+        lacking.push("a force that was set: the displacement is a straight line over time in every branch, so it was set and the force was measured; diagnose with --response force".to_owned());
     }
     if readings < 3 * parameters + 6 {
         lacking.push(format!(
@@ -83,7 +83,7 @@ pub(crate) fn lacking_cells(problem: &DiagnosisProblem<'_>) -> Option<String> {
     let absorbed = !observations.free_zeros && observations.cells.len() == 1 && factors > 0;
     absorbed.then(|| {
         format!(
-            "1 cell for {}: they fit any stiffness, so no compliance can show; measure other directions and poses, or fix the factors with --fix",
+            "1 cell for {}: they fit any stiffness, so no missing compliance can be detected; measure other directions and poses, or fix the factors with --fix",
             counted(factors, "free factor")
         )
     })

@@ -54,7 +54,7 @@ pub enum VerdictGrade {
 /// What a verdict rests on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GradeBasis {
-    /// Whether the scatter is what the fit leaves, of which a part may be physics.
+    /// Whether the scatter is estimated from the residuals of the fit, of which a part may be physics.
     pub(crate) scatter_from_fit: bool,
     /// Smallest chance of a finding on noise alone, the level of all laws as its family; 1 without findings.
     pub(crate) p_family: f64,

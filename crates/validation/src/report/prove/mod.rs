@@ -30,7 +30,7 @@ use stiffbench::report::Table;
 pub struct ProveReport {
     /// Whether only a sample was run.
     pub quick: bool,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Earlier sessions that the noise was estimated from too.
     pub earlier_sessions: usize,

@@ -106,7 +106,7 @@ fn grade_word(grade: Option<VerdictGrade>) -> String {
 pub struct RecordingsReport {
     /// Folder that holds them.
     pub folder: PathBuf,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Counts over those that are there.
     pub totals: RecordingTotals,

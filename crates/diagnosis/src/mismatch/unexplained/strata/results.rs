@@ -75,16 +75,16 @@ impl Contrast {
         match self {
             Self::CellSlope => "the factors fit the slopes of as many cells exactly",
             Self::Repeat => "no load sequence was repeated",
-            Self::CellOffset => "the zeros are taken by the slopes of the runs",
+            Self::CellOffset => "the slopes of the runs absorb the zeros",
             Self::Clock if !observations.recorded.time => "no times were recorded",
             Self::Clock => "time and load increase together: they cannot be distinguished",
             Self::Sign => "the loads have one sign",
-            Self::Curve => "two loads show no curve",
-            Self::LoadStep => "there are no more levels of load than a smooth curve fits",
+            Self::Curve => "two loads cannot show a curve",
+            Self::LoadStep => "a smooth curve fits all levels of load exactly",
             Self::Loop | Self::Branch => "no load was approached from above",
             Self::Hold => "no load was held for further readings",
-            Self::NoiseSize => "the size of the noise was found from these readings",
-            Self::Outlier | Self::Period => "too few readings are left to compare with",
+            Self::NoiseSize => "the noise was estimated from these readings",
+            Self::Outlier | Self::Period => "too few readings remain for a comparison",
         }
     }
 }
