@@ -16,26 +16,26 @@ use crate::count::counted;
 #[must_use]
 pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
     let diagnosis = &report.diagnosis;
-    let mut text = Document::under("Appendix: the numbers");
-    text.paragraph(provenance(report));
-    text.append(noise_text(&report.into()));
+    let mut section = Document::under("Appendix: the numbers");
+    section.paragraph(provenance(report));
+    section.append(noise_text(&report.into()));
     if !diagnosis.findings.is_empty() {
-        text.paragraph("Findings. absorbed: share of the whitened effect that the fitted factors absorb; p: probability that noise alone produces evidence this strong for any law.");
-        text.table(findings(report));
-        text.paragraph("Candidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.");
-        text.table(candidates(&diagnosis.findings));
+        section.paragraph("Findings. absorbed: share of the whitened effect that the fitted factors absorb; p: probability that noise alone produces evidence this strong for any law.");
+        section.table(findings(report));
+        section.paragraph("Candidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.");
+        section.table(candidates(&diagnosis.findings));
     }
-    text.paragraph("Strata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of the misfit beyond noise, largest deviation of a reading.");
-    text.append(strata(report));
+    section.paragraph("Strata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of the misfit beyond noise, largest deviation of a reading.");
+    section.append(strata(report));
     if !report.is_of_part() {
-        text.append(suspects(report));
+        section.append(suspects(report));
     }
-    text.append(quality(report));
+    section.append(quality(report));
     if report.impossible().next().is_some() {
-        text.paragraph(
+        section.paragraph(
             "Rejected: the decrease of the weighted squares by a value with an impossible sign.",
         );
-        text.table(table_of(
+        section.table(table_of(
             report.impossible(),
             &[
                 ("law and place", &|one| named(one.law, &one.place)),
@@ -45,10 +45,10 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
             ],
         ));
     }
-    text.append(critical_values(report));
-    text.paragraph("Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.");
-    text.table(detection_limits(report));
-    text
+    section.append(critical_values(report));
+    section.paragraph("Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.");
+    section.table(detection_limits(report));
+    section
 }
 
 /// A law and its place in one cell of a table.
@@ -208,8 +208,8 @@ fn strata(report: &DiagnosisReport) -> Document {
     };
     // The draws for a coarse gauge can show no less.
     let less = |at_floor: bool| if at_floor { "<" } else { "" };
-    let mut text = Document::new();
-    text.table(table_of(
+    let mut section = Document::new();
+    section.table(table_of(
         &report.located.tests,
         &[
             ("contrast", &|test| test.contrast.to_string()),
@@ -225,7 +225,7 @@ fn strata(report: &DiagnosisReport) -> Document {
         ],
     ));
     for one in &report.located.untested {
-        text.item(format!("{} was not tested: {}.", one.contrast, one.why));
+        section.item(format!("{} was not tested: {}.", one.contrast, one.why));
     }
     let left = &report.diagnosis.unexplained;
     let of_pose = left.pose.as_ref().map_or_else(
@@ -242,8 +242,8 @@ fn strata(report: &DiagnosisReport) -> Document {
         left.stratum,
         significant(left.p_family, 2)
     );
-    text.paragraph(sentence);
-    text
+    section.paragraph(sentence);
+    section
 }
 
 /// The part that holds most of a contrast.
@@ -268,7 +268,7 @@ fn spot(spot: &Spot) -> String {
 fn suspects(report: &DiagnosisReport) -> Document {
     /// Parts that are told.
     const PARTS: usize = 8;
-    let mut text = Document::new();
+    let mut section = Document::new();
     for (what, shares) in [
         ("slopes", &report.located.slope_components),
         ("shapes", &report.located.shape_components),
@@ -276,7 +276,7 @@ fn suspects(report: &DiagnosisReport) -> Document {
         if shares.is_empty() {
             continue;
         }
-        text.paragraph(format!(
+        section.paragraph(format!(
             "Parts of the structure by the share of the misfit of {what} that each explains alone; p left: probability of the rest under noise alone."
         ));
         let alike = |one: &&ExplainedShare| {
@@ -287,7 +287,7 @@ fn suspects(report: &DiagnosisReport) -> Document {
             }
         };
         let possible = |one: &&ExplainedShare| if one.possible { "yes" } else { "no" }.to_owned();
-        text.table(table_of(
+        section.table(table_of(
             shares.iter().take(PARTS),
             &[
                 ("part", &|one| one.component.to_string()),
@@ -298,26 +298,26 @@ fn suspects(report: &DiagnosisReport) -> Document {
             ],
         ));
     }
-    text
+    section
 }
 
 fn quality(report: &DiagnosisReport) -> Document {
     let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
     let subject = &report.subject;
-    let mut text = Document::new();
+    let mut section = Document::new();
     let of_all = format!(
         "Reduced chi-squared {:.3} before, {:.3} after.",
         before.reduced_chi2, after.reduced_chi2
     );
     if report.is_of_part() {
-        text.paragraph(of_all);
+        section.paragraph(of_all);
     } else if before.held_out.is_empty() {
-        text.paragraph(format!(
+        section.paragraph(format!(
             "{of_all} Only one pose was measured: none can be left out of the fit."
         ));
     } else {
-        text.paragraph(format!("{of_all} Error in each pose left out of the fit:"));
-        text.table(table_of(
+        section.paragraph(format!("{of_all} Error in each pose left out of the fit:"));
+        section.table(table_of(
             before.held_out.iter().zip(&after.held_out),
             &[
                 ("pose left out", &|(before, _)| before.pose.to_string()),
@@ -326,12 +326,12 @@ fn quality(report: &DiagnosisReport) -> Document {
             ],
         ));
     }
-    text
+    section
 }
 
 fn critical_values(report: &DiagnosisReport) -> Document {
     let critical = &report.critical;
-    let mut text = Document::new();
+    let mut section = Document::new();
     let sentence = format!(
         "Limits. Noise alone leads to a law in {} % of sessions and to unexplained structure in {} %, from {NULL_SAMPLES} draws with seed {}. The \
          level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the decrease of the \
@@ -340,7 +340,7 @@ fn critical_values(report: &DiagnosisReport) -> Document {
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
         report.seed
     );
-    text.paragraph(sentence);
+    section.paragraph(sentence);
     let mut rows = Table::new(&["law", "share of the level", "level, %", "critical value"]);
     for (family, limit) in &critical.laws.values {
         let (law, wide) = *family;
@@ -363,8 +363,8 @@ fn critical_values(report: &DiagnosisReport) -> Document {
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
         format!("{:.1}", critical.of_unexplained()),
     ]);
-    text.table(rows);
-    text
+    section.table(rows);
+    section
 }
 
 fn detection_limits(report: &DiagnosisReport) -> Table {

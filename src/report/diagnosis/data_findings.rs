@@ -364,9 +364,9 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
     if bad.is_empty() && report.bad_runs.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("Bad readings");
+    let mut section = Document::under("Bad readings");
     for one in &report.bad_runs {
-        text.item(bad_run(one));
+        section.item(bad_run(one));
     }
     for one in bad.iter().take(NAMED) {
         let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
@@ -395,17 +395,17 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
             cell_of(one),
             one.repeat,
         );
-        text.item(said);
+        section.item(said);
     }
     if bad.len() > NAMED {
         let more = format!("{} more are in the JSON output.", bad.len() - NAMED);
-        text.item(more);
+        section.item(more);
     }
     let what = if report.outliers_kept {
         "They were kept because of --keep-outliers: the results below may describe them."
     } else {
         "The results below were found without them; nothing is deleted. --keep-outliers keeps them in."
     };
-    text.paragraph(what);
-    text
+    section.paragraph(what);
+    section
 }

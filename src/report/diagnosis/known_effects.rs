@@ -57,8 +57,8 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
     if known.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("Physics known beforehand");
-    text.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
+    let mut section = Document::under("Physics known beforehand");
+    section.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
     let mut rows = Table::new(&["effect", "value", "given", "fitted", "95 % interval"]);
     for one in known.iter().map(KnownEffectReport::from) {
         let name = format!("{} at {}", one.law.law.name, one.law.place);
@@ -72,6 +72,6 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
             ]);
         }
     }
-    text.table(rows);
-    text
+    section.table(rows);
+    section
 }

@@ -32,12 +32,12 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
     if all.is_empty() && !loading_only && !is_timeless {
         return Document::new();
     }
-    let mut text = Document::under("What could not be tested");
+    let mut section = Document::under("What could not be tested");
     if loading_only {
-        text.item("There are no readings during unloading. With loading only, play and friction differ in sign alone, and creep and a nonlinear force gauge hardly differ. To distinguish them, also read while unloading.");
+        section.item("There are no readings during unloading. With loading only, play and friction differ in sign alone, and creep and a nonlinear force gauge hardly differ. To distinguish them, also read while unloading.");
     }
     if is_timeless {
-        text.item("There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.");
+        section.item("There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.");
     }
     let mut by_law: Vec<(Vec<Law>, Vec<String>, UnseenReason)> = Vec::new();
     for &law in Law::ALL {
@@ -75,9 +75,9 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
             capital(&listed(&laws, "and")),
             why.reason
         );
-        text.item(sentence);
+        section.item(sentence);
     }
-    text
+    section
 }
 
 /// Laws that would serve only with an impossible value.
@@ -86,22 +86,22 @@ pub(super) fn rejected(report: &DiagnosisReport) -> Document {
     if refused.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("Rejected as impossible");
+    let mut section = Document::under("Rejected as impossible");
     for one in refused.iter().take(PLACES) {
         let sentence = format!(
             "{}: {}.",
             capital(&title(one.law, &one.place)),
             impossible(one.law)
         );
-        text.item(sentence);
+        section.item(sentence);
     }
     if refused.len() > PLACES {
-        text.item(format!(
+        section.item(format!(
             "and {} more, listed in the appendix.",
             refused.len() - PLACES
         ));
     }
-    text
+    section
 }
 
 /// Where a reader finds the procedures of a diagnosis.

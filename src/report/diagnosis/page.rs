@@ -186,9 +186,9 @@ fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
     if lacking.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("What is lacking");
+    let mut section = Document::under("What is lacking");
     for one in lacking {
-        text.item(one);
+        section.item(one);
     }
     if !answers.is_empty() {
         let all: Vec<String> = answers.iter().map(DiagnosisAnswer::phrase).collect();
@@ -196,9 +196,9 @@ fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
             "The search pointed at {}. That is not a finding: scatter and missing physics cannot be distinguished here.",
             listed(&all, "and at")
         );
-        text.paragraph(hint);
+        section.paragraph(hint);
     }
-    text
+    section
 }
 
 /// Each finding with what it is and how large, physics before mistakes of the robot file and the set-up.
@@ -206,30 +206,30 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
     if answers.is_empty() {
         return Document::new();
     }
-    let mut text = Document::new();
+    let mut section = Document::new();
     let is_unknown = report.diagnosis.verdict == Verdict::Unknown;
     if is_unknown {
-        text.heading("What explains a part of it");
-        text.paragraph("The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
+        section.heading("What explains a part of it");
+        section.paragraph("The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
              the library can make laws of the library look right.");
     }
     let is_weak = |answer: &&DiagnosisAnswer<'_>| answer.members()[0].grade == VerdictGrade::Weak;
-    let mut section = |heading: &str, answers: Vec<&DiagnosisAnswer<'_>>| {
+    let mut part = |heading: &str, answers: Vec<&DiagnosisAnswer<'_>>| {
         for (place, answer) in answers.into_iter().enumerate() {
             if place == 0 && !is_unknown {
-                text.heading(heading);
+                section.heading(heading);
             }
-            text.append(answer_section(report, answer));
+            section.append(answer_section(report, answer));
         }
     };
     for accused in ACCUSED {
         let own = answers.iter().filter(|answer| answer.accuses() == accused);
-        section(
+        part(
             accused.heading(),
             own.filter(|answer| !is_weak(answer)).collect(),
         );
     }
-    section(
+    part(
         "Weak signs, which chance may have made",
         answers.iter().filter(is_weak).collect(),
     );
@@ -239,20 +239,20 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
             "Sizes are means over the configurations; from one to the next they go {}.",
             sizes.in_words()
         );
-        text.paragraph(follow);
+        section.paragraph(follow);
     }
-    text
+    section
 }
 
 /// The findings of an answer.
 fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Document {
-    let mut text = Document::new();
+    let mut section = Document::new();
     if let DiagnosisAnswer::OneOf(members) = answer {
         let several = format!(
             "One of these {}; the readings do not decide which; the first explains them as well as any.",
             members.len()
         );
-        text.paragraph(several);
+        section.paragraph(several);
     }
     let mut explained: Vec<Law> = Vec::new();
     for finding in answer.members() {
@@ -263,9 +263,9 @@ fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Doc
             let _ = write!(sentence, " Line {line} of {file}: `{text}`.");
         }
         explained.push(law);
-        text.item(sentence);
+        section.item(sentence);
     }
-    text
+    section
 }
 
 /// A finding with its sizes, and what its law does if that is to be said.
@@ -327,7 +327,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
     if answers.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("How sure");
+    let mut section = Document::under("How sure");
     for answer in answers {
         let best = answer.members()[0];
         let name = match answer {
@@ -347,9 +347,9 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
             best.standard_errors
         );
         let sentence = format!("{sentence}{}", shares_text(&best.shares));
-        text.item(sentence);
+        section.item(sentence);
     }
-    text
+    section
 }
 
 /// What a finding explains of the misfit, as a sentence behind another; empty where the misfit is too small to be divided.
@@ -371,7 +371,7 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
     if answers.is_empty() {
         return Document::new();
     }
-    let mut text = Document::under("What else it could be");
+    let mut section = Document::under("What else it could be");
     for answer in answers {
         let best = answer.members()[0];
         let sentence = match (best.rivals.first(), answer) {
@@ -402,9 +402,9 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
                 )
             }
         };
-        text.item(sentence);
+        section.item(sentence);
     }
-    text
+    section
 }
 
 fn where_(report: &DiagnosisReport) -> Document {
@@ -413,7 +413,7 @@ fn where_(report: &DiagnosisReport) -> Document {
         return Document::new();
     }
     let model = report.subject.model();
-    let mut text = Document::under(match report.diagnosis.verdict {
+    let mut section = Document::under(match report.diagnosis.verdict {
         Verdict::NothingMissing => "Largest deviations, within chance".to_owned(),
         Verdict::Unknown => format!("Where the {model} fails"),
         _ => format!("Where the {model} without it fails"),
@@ -427,7 +427,7 @@ fn where_(report: &DiagnosisReport) -> Document {
         )
     };
     for one in locations.iter().take(PATTERNS) {
-        text.item(line(one));
+        section.item(line(one));
     }
     let suspects = [
         ("the stiffness", &report.located.slope_components),
@@ -438,10 +438,10 @@ fn where_(report: &DiagnosisReport) -> Document {
         // A part that leaves something unexplained is no pointer for this page; the appendix has it.
         let enough = |one: &&ExplainedShare| one.possible && one.p_left > ENOUGH;
         if let Some(best) = shares.iter().find(enough) {
-            text.item(carried(what, best));
+            section.item(carried(what, best));
         }
     }
-    text
+    section
 }
 
 /// Which part of the structure would carry a misfit.

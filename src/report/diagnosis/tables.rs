@@ -17,7 +17,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
     }
     let found = !report.diagnosis.findings.is_empty();
     let factor = report.subject.factor();
-    let mut text = Document::under(if found {
+    let mut section = Document::under(if found {
         format!("How the fitted {factor}s change")
     } else {
         format!("{}s fitted in the diagnosis", capital(factor))
@@ -26,7 +26,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
         let why = format!(
             "Without the effect, the fitted {factor}s partly absorbed it. The table shows the {factor}s without it and with it."
         );
-        text.paragraph(why);
+        section.paragraph(why);
     }
     let change = |one: &FactorChangeReport| {
         // Adding zero makes a change that rounds to nothing +0.0.
@@ -54,15 +54,15 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
         columns.retain(|(head, _)| !["without", "change"].contains(head));
         columns[1].0 = "value";
     }
-    text.table(table_of(report.factor_changes(), &columns));
-    text
+    section.table(table_of(report.factor_changes(), &columns));
+    section
 }
 
 /// How far the model misses the readings, without and with what was found.
 pub(super) fn errors(report: &DiagnosisReport) -> Document {
     let (diagnosis, subject) = (&report.diagnosis, &report.subject);
     let found = !diagnosis.findings.is_empty();
-    let mut text = Document::under(format!(
+    let mut section = Document::under(format!(
         "How far the {} misses the readings",
         subject.model()
     ));
@@ -123,7 +123,7 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
         let name = format!("readings {along}{off}");
         add(&name, subject.reading(before_m), subject.reading(after_m));
     }
-    text.table(rows);
+    section.table(rows);
     let of = match (
         &report.observations.tracker,
         report.observations.has_series(),
@@ -145,14 +145,14 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
         subject.reading(report.noise_floor_m()),
         subject.factor()
     );
-    text.paragraph(floor);
-    text
+    section.paragraph(floor);
+    section
 }
 
 /// For each law the effect that would have been found, where it is seen best and worst.
 pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
     let (critical, subject) = (&report.diagnosis.detection_limits, &report.subject);
-    let mut text = Document::under("What would have been found");
+    let mut section = Document::under("What would have been found");
     let at = match subject {
         Subject::Robot(_) => "at the end of the robot",
         Subject::Part { .. } => "on a reading",
@@ -160,7 +160,7 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
     let promise = format!(
         "Smaller effects may be present. An effect of this size {at} would have been detected in four of five such sessions; the table lists the places where each law is detected best and worst."
     );
-    text.paragraph(promise);
+    section.paragraph(promise);
     let mut rows = Table::new(&["law", "detected best", "at", "detected worst", "at"]);
     for &law in Law::ALL {
         let mut known: Vec<(f64, &DetectionLimit)> = critical
@@ -181,6 +181,6 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
         }
         rows.row(cells);
     }
-    text.table(rows);
-    text
+    section.table(rows);
+    section
 }

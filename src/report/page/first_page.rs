@@ -5,6 +5,7 @@ use indexmap::{IndexMap, IndexSet};
 use jiff::civil::Date;
 
 use crate::count::counted;
+use crate::fit::StatusWord;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::{DiagnosisResult, significant};
 use crate::stiffness::Method;
@@ -187,7 +188,7 @@ impl ReportPage {
         let factors = diagnosis.factors.iter();
         let differences = factors.filter_map(|factor| {
             let mut own = fit.numbers.parameters.iter();
-            let own = own.find(|own| own.name == factor.name && own.status == "free")?;
+            let own = own.find(|own| own.name == factor.name && own.status == StatusWord::Free)?;
             let percent = 100.0 * (factor.before.value / own.value? - 1.0).abs();
             Some((percent, factor.name.as_str()))
         });
