@@ -522,7 +522,7 @@ fn tables_that_cannot_be_used_name_the_line() {
         "{error}"
     );
     let error = refused("t.csv", &with("alpha_deg", "alpha_mm"));
-    assert!(error.contains("`mm` is no unit of this key"), "{error}");
+    assert!(error.contains("`mm` is not a unit of this key"), "{error}");
     let error = refused("t.toml", "rows = [{ a = 1 }]\nconvention = \"craig\"");
     assert!(
         error.starts_with("t.toml:2:") && error.contains("unknown word `craig`"),

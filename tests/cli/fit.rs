@@ -285,7 +285,7 @@ fn derived_quantities_have_propagated_intervals() {
     let wrong = desk.run("fit session --derive ratio=beam.Iy/beam.Ix --json");
     assert_output_contains(
         &wrong.json()["error"],
-        &["`beam.Ix` is no parameter of the fit", "did you mean"],
+        &["`beam.Ix` is not a parameter of the fit", "did you mean"],
     );
 
     // The stiffness of a spring is the inverse of its compliance.

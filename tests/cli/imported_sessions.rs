@@ -26,7 +26,7 @@ fn equal_runs_have_no_endless_digits() {
         assert!(longest.unwrap() < 12, "{}", ran.stdout);
         // Eight different readings show the step of the display, four do not.
         assert_eq!(
-            ran.stdout.contains("the 3 runs do not differ"),
+            ran.stdout.contains("the readings do not scatter (3 runs)"),
             name == "few",
             "{}",
             ran.stdout

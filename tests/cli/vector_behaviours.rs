@@ -95,7 +95,7 @@ fn earlier_sessions_of_three_gauges_contribute_to_the_noise() {
     }
     let warnings = object["warnings"].to_string();
     assert!(
-        warnings.contains("simulated-3 scatters otherwise than this session"),
+        warnings.contains("simulated-3 has a different scatter than this session"),
         "{warnings}"
     );
 }

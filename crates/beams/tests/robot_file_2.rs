@@ -222,7 +222,7 @@ fn what_is_wrong_is_said_where_it_stands() {
     let cases = [
         ("at_mm = [0, 0, \"h\"]", "«at_inch = [0, 0, \"h\"]", "unknown key `at_inch`"),
         ("stiffness_kNm_per_rad", "«stifness_kNm_per_rad", "is `stiffness` meant"),
-        ("at_mm = [0, 0, \"h\"]", "at_deg = [«0, 0, \"h\"]", "`deg` is no unit of this key: it may end in m, mm"),
+        ("at_mm = [0, 0, \"h\"]", "at_deg = [«0, 0, \"h\"]", "`deg` is not a unit of this key: it may end in m, mm"),
         ("stiffness_kNm_per_rad = 200", "stiffness_N_per_um = «200", "this spring turns"),
         ("stiffness_kNm_per_rad = 200", "stiffness_kNm_per_rad = «-2", "above zero"),
         ("stiffness_kNm_per_rad = 200", "stiffness_kNm_per_rad = «\"stiff\"", "a number"),
@@ -232,7 +232,7 @@ fn what_is_wrong_is_said_where_it_stands() {
         ("axis = \"-y\"", "axis = «[0, 0, 0]", "a direction needs"),
         ("J2 = { at_mm", "J2 = { on = «\"J4\", at_mm", "no body `J4`"),
         ("J2 = { at_mm", "J2 = «{ alpha_deg = 3, at_mm", "not by both"),
-        ("tube 60x5 aluminium", "tub 60x5 aluminium", "`tub` is no profile"),
+        ("tube 60x5 aluminium", "tub 60x5 aluminium", "`tub` is not a profile"),
         ("\"tube 60x5 aluminium\"", "«\"tube 60x5 alu\"", "no material `alu` did you mean `aluminium`?"),
         ("\"tube 60x5 aluminium\"", "«\"tube 60x50 steel\"", "thicker"),
         ("\"tube 60x5 aluminium\"", "«\"IPE 210 steel\"", "the table has 80, 100"),

@@ -510,7 +510,7 @@ fn texts_that_are_no_tables() {
         &error,
         "specimen::no_readings",
         Some(1),
-        &["2 rows lack a value"],
+        &["2 rows without a value"],
     );
     let error = read("F_N,d_um\n1,2,3\n").unwrap_err();
     assert_error(

@@ -94,7 +94,7 @@ fn what_a_resumed_session_repeats_is_stated_when_it_pauses_or_stops() {
     rig.input(Input::Operator(OperatorEvent::Pause));
     let said = rig.said.join("\n");
     for part in [
-        "the gauges settle anew for the reading at -20 N, repeat 1",
+        "the gauges settle again for the reading at -20 N, repeat 1",
         "setting up P1 x",
         "the check of zero 1",
         "the loads 0, -10 N, not recorded",
