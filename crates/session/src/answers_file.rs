@@ -10,7 +10,7 @@ use toml::de::DeValue;
 
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, Table, TomlError};
+use stiffbench_units_and_text::toml_text::{TomlDocument, TomlError, TomlTable};
 
 use super::operator::{Answer, Prompt};
 use super::plan::SessionPlan;
@@ -329,14 +329,14 @@ impl Answers {
     /// [`AnswersError`].
     pub fn parse(file: &str, text: &str) -> Result<Self, AnswersError> {
         let source = SourceText::new(file, text);
-        let document = Document::parse(&source)?;
+        let document = TomlDocument::parse(&source)?;
         document.root().check_schema(ANSWERS_SCHEMA, true)?;
         let mut answers = Self::default();
         answers.take("", &document.root())?;
         Ok(answers)
     }
 
-    fn take(&mut self, above: &str, table: &Table<'_>) -> Result<(), AnswersError> {
+    fn take(&mut self, above: &str, table: &TomlTable<'_>) -> Result<(), AnswersError> {
         for (key, span, value) in table.entries() {
             let name = format!("{above}{key}");
             let answer = match value.parsed() {

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::robot::format2::file::{DhConvention, JointKind};
 use crate::robot::format2::measure::{AngleOf, InUnit, LengthOf, TravelOf, units};
 use crate::source_text::SourceText;
-use crate::toml_text::{Document, DocumentStep};
+use crate::toml_text::{DocumentStep, TomlDocument};
 
 use DocumentStep::{Index, Key};
 
@@ -98,7 +98,7 @@ pub fn robot_from_dh(source: &SourceText, settings: &DhSettings) -> Result<NewRo
     } else {
         source
     };
-    let document = Document::parse_with_units(source, &units()).map_err(ImportError::from)?;
+    let document = TomlDocument::parse_with_units(source, &units()).map_err(ImportError::from)?;
     let table: DhTable = document.types().map_err(ImportError::from)?;
     let reader = DhReader {
         source,
@@ -191,7 +191,7 @@ fn radians(columns: &[(&str, Vec<f64>)]) -> Option<f64> {
 
 struct DhReader<'a> {
     source: &'a SourceText,
-    document: &'a Document<'a>,
+    document: &'a TomlDocument<'a>,
 }
 
 impl DhReader<'_> {

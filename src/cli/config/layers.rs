@@ -11,7 +11,7 @@ use crate::readings::SessionHeader;
 use crate::report::{ConfigFileReport, SettingOrigin};
 use crate::shipped::shipped_robot;
 use crate::source_text::SourceText;
-use crate::toml_text::{Document, TomlError, read};
+use crate::toml_text::{TomlDocument, TomlError, read};
 
 /// Name of the file of a folder.
 const FOLDER_FILE: &str = "stiffbench.toml";
@@ -269,7 +269,7 @@ impl Config {
             });
         }
         let folder = path.parent().unwrap_or(Path::new(""));
-        let document = Document::parse(&source).ok();
+        let document = TomlDocument::parse(&source).ok();
         for (place, setting) in SETTINGS.iter().enumerate() {
             let Some(value) = file.take(setting.name) else {
                 continue;

@@ -1,7 +1,7 @@
 //! Lengths that a robot file states, each with the points that it moves.
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, TomlNumber};
+use stiffbench_units_and_text::toml_text::{TomlDocument, TomlNumber};
 
 use super::Robot;
 use super::format2::is_of_this_format;
@@ -38,7 +38,7 @@ impl Robot {
     /// The lengths of the file, in its order; those that move nothing are left out.
     #[must_use]
     pub fn lengths(&self) -> Vec<FileLength> {
-        let Ok(document) = Document::parse(&self.source) else {
+        let Ok(document) = TomlDocument::parse(&self.source) else {
             return Vec::new();
         };
         let has_units = is_of_this_format(&self.source);

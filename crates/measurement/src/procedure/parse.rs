@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::readings::ProcedureRecord;
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, Table};
+use stiffbench_units_and_text::toml_text::{TomlDocument, TomlTable};
 
 use super::plan::Procedure;
 use super::problem::{ProcedureError, ProcedureProblem};
@@ -54,11 +54,11 @@ fn listed_nothing(source: &SourceText, record: &ProcedureRecord) -> Option<&'sta
 
 /// Bytes of a key, whatever unit it is written with; empty if it does not stand in the text.
 fn key_span(source: &SourceText, key: &str) -> Range<usize> {
-    let Ok(document) = Document::parse(source) else {
+    let Ok(document) = TomlDocument::parse(source) else {
         return 0..0;
     };
     let root = document.root();
-    let of = |table: &Table<'_>, stem: &str| {
+    let of = |table: &TomlTable<'_>, stem: &str| {
         let mut keys = table.entries();
         keys.find_map(|(key, span, _)| {
             let unit = key.strip_prefix(stem)?;

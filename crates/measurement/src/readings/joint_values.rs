@@ -121,7 +121,7 @@ pub struct PoseJoints {
 }
 
 /// The table `[joint_values]`: under the name of each pose one key for each variable, `VARIABLE_deg` or `VARIABLE_mm`.
-pub(super) fn read_joint_values(table: &toml_text::Table<'_>) -> Read<Vec<PoseJoints>> {
+pub(super) fn read_joint_values(table: &toml_text::TomlTable<'_>) -> Read<Vec<PoseJoints>> {
     const EXPECTED: &str =
         "a variable with its unit, for example J1_deg = 30 or, of a sliding joint, q1_mm = 120";
     let Some(poses) = table.read("joint_values", TomlValue::table)? else {

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
-use stiffbench_units_and_text::toml_text::{self, Document, Read, TomlValue, UnknownKey};
+use stiffbench_units_and_text::toml_text::{self, Read, TomlDocument, TomlValue, UnknownKey};
 
 /// The schema of procedures that is written, and the newest that is read.
 pub const PROCEDURE_SCHEMA: &str = "stiffbench/procedure/1";
@@ -25,7 +25,7 @@ impl ProcedureRecord {
     /// # Errors
     /// With the place in the file: not TOML, no or another or a newer schema, a value or a unit of the wrong kind.
     pub(crate) fn from_toml(source: &SourceText) -> Read<(Self, Vec<UnknownKey>)> {
-        let document = Document::parse(source)?;
+        let document = TomlDocument::parse(source)?;
         let mut unknown = Vec::new();
         let record = read_procedure(&document.root(), true, &mut unknown)?;
         unknown.sort_by_key(|unknown| unknown.line);
@@ -41,7 +41,7 @@ impl ProcedureRecord {
 
 /// The procedure of a table: that of a session's header, or a procedure file itself.
 pub(super) fn read_procedure(
-    table: &toml_text::Table<'_>,
+    table: &toml_text::TomlTable<'_>,
     must_say_what_it_is: bool,
     unknown: &mut Vec<UnknownKey>,
 ) -> Read<ProcedureRecord> {
@@ -76,7 +76,7 @@ const DIRECTIONS: &str = "\"x\", \"y\", \"z\", \"-x\", \"-y\", \"-z\", a name of
 
 /// The directions of the loads: words for axes, names of `[load_directions]`, unit vectors.
 fn read_directions(
-    table: &toml_text::Table<'_>,
+    table: &toml_text::TomlTable<'_>,
     unknown: &mut Vec<UnknownKey>,
 ) -> Read<Vec<LoadDirection>> {
     let mut named: Vec<(String, LoadDirection)> = Vec::new();
@@ -135,7 +135,10 @@ fn vector(value: &TomlValue<'_>) -> Read<LoadDirection> {
     LoadDirection::from_vector(parts).map_err(|error| value.refused(error.to_string(), EXPECTED))
 }
 
-fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<SettleRecord> {
+fn read_settle(
+    table: &toml_text::TomlTable<'_>,
+    unknown: &mut Vec<UnknownKey>,
+) -> Read<SettleRecord> {
     let mut settle = SettleRecord::default();
     if let Some(table) = table.read("settle", TomlValue::table)? {
         settle = SettleRecord {
@@ -153,7 +156,10 @@ fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> R
     Ok(settle)
 }
 
-fn read_limits(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<ReadingLimits> {
+fn read_limits(
+    table: &toml_text::TomlTable<'_>,
+    unknown: &mut Vec<UnknownKey>,
+) -> Read<ReadingLimits> {
     let Some(table) = table.read("limits", TomlValue::table)? else {
         return Ok(ReadingLimits::default());
     };
@@ -168,7 +174,7 @@ fn read_limits(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> R
 }
 
 /// `[answer_within]`: a time for each question, as in `setup_s`.
-fn read_answer_within(table: &toml_text::Table<'_>) -> Read<Vec<(String, f64)>> {
+fn read_answer_within(table: &toml_text::TomlTable<'_>) -> Read<Vec<(String, f64)>> {
     let Some(table) = table.read("answer_within", TomlValue::table)? else {
         return Ok(Vec::new());
     };

@@ -11,7 +11,7 @@ use super::toml_values::{date, day, put, put_number, quantity};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::{
-    Document, Read, Table as Section, TomlValue, UnknownKey,
+    Read, TomlDocument, TomlTable as Section, TomlValue, UnknownKey,
 };
 
 type Unknown = Vec<UnknownKey>;
@@ -33,7 +33,7 @@ impl SessionHeader {
     /// [`SessionFileError`] with the place in the file: not TOML, no or another or a newer schema, a value or a unit of the wrong kind.
     pub fn from_toml(source: &str, text: &str) -> Result<ReadSession, SessionFileError> {
         let source = SourceText::new(source, text);
-        let document = Document::parse(&source)?;
+        let document = TomlDocument::parse(&source)?;
         Ok(read_session(&document.root())?)
     }
 

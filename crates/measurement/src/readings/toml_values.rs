@@ -24,13 +24,17 @@ pub(super) trait Word: Copy + PartialEq + 'static {
 }
 
 /// A quantity in SI, from the key `STEM_UNIT`.
-pub(super) fn quantity(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -> Read<Option<f64>> {
+pub(super) fn quantity(
+    table: &toml_text::TomlTable<'_>,
+    stem: &str,
+    kind: Kind,
+) -> Read<Option<f64>> {
     rate(table, stem, "", kind)
 }
 
 /// A quantity whose key goes on behind the unit, as in `slope_um_per_s`.
 pub(super) fn rate(
-    table: &toml_text::Table<'_>,
+    table: &toml_text::TomlTable<'_>,
     stem: &str,
     suffix: &str,
     kind: Kind,
@@ -42,7 +46,11 @@ pub(super) fn rate(
 }
 
 /// Quantities in SI, from the key `STEM_UNIT`; none if the key is absent.
-pub(super) fn quantities(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -> Read<Vec<f64>> {
+pub(super) fn quantities(
+    table: &toml_text::TomlTable<'_>,
+    stem: &str,
+    kind: Kind,
+) -> Read<Vec<f64>> {
     let Some((value, conversion)) = with_unit(table, stem, "", kind)? else {
         return Ok(Vec::new());
     };
@@ -51,7 +59,7 @@ pub(super) fn quantities(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -
 }
 
 fn with_unit<'a>(
-    table: &toml_text::Table<'a>,
+    table: &toml_text::TomlTable<'a>,
     stem: &str,
     suffix: &str,
     kind: Kind,

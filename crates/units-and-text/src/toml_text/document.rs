@@ -9,7 +9,7 @@ use crate::source_text::SourceText;
 
 use super::Read;
 use super::problem::TomlError;
-use super::table::Table;
+use super::table::TomlTable;
 
 /// One step into a TOML document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,12 +33,12 @@ pub struct TomlNumber {
 
 /// A TOML text with its places.
 #[derive(Debug)]
-pub struct Document<'a> {
+pub struct TomlDocument<'a> {
     pub(super) source: &'a SourceText,
     pub(super) root: Spanned<DeTable<'a>>,
 }
 
-impl<'a> Document<'a> {
+impl<'a> TomlDocument<'a> {
     /// Parses a text.
     ///
     /// # Errors
@@ -51,8 +51,8 @@ impl<'a> Document<'a> {
 
     /// The whole text as a table.
     #[must_use]
-    pub fn root(&self) -> Table<'_> {
-        Table::root(self.source, self.root.get_ref())
+    pub fn root(&self) -> TomlTable<'_> {
+        TomlTable::root(self.source, self.root.get_ref())
     }
 
     /// Bytes of the value at `path`; of the longest part of the path that exists otherwise.
@@ -138,12 +138,12 @@ impl SourceText {
     /// Bytes of the value at `path` in this TOML text; of the longest part of the path that exists otherwise.
     #[must_use]
     pub fn toml_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
-        Document::parse(self).map_or(0..0, |document| document.value_span(path))
+        TomlDocument::parse(self).map_or(0..0, |document| document.value_span(path))
     }
 
     /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
     #[must_use]
     pub fn toml_key_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
-        Document::parse(self).map_or(0..0, |document| document.key_span(path))
+        TomlDocument::parse(self).map_or(0..0, |document| document.key_span(path))
     }
 }

@@ -1,6 +1,6 @@
 //! TOML texts, read with the place of every key and value: the one way from a TOML file to what it says.
 //!
-//! A format with types of its own is read by [`read`]; one that is read key by key by [`Document`], [`Table`] and [`TomlValue`].
+//! A format with types of its own is read by [`read`]; one that is read key by key by [`TomlDocument`], [`TomlTable`] and [`TomlValue`].
 
 mod document;
 mod problem;
@@ -8,9 +8,9 @@ mod table;
 mod types;
 mod unit_keys;
 
-pub use document::{Document, DocumentStep, TomlNumber};
+pub use document::{DocumentStep, TomlDocument, TomlNumber};
 pub use problem::{TomlError, TomlProblem, UnknownKey};
-pub use table::{Table, TomlValue};
+pub use table::{TomlTable, TomlValue};
 pub use types::{Known, read, read_types, remove_null};
 pub use unit_keys::split_unit;
 

@@ -15,7 +15,7 @@ use super::problem::{TomlError, TomlProblem, UnknownKey};
 
 /// A table in its text.
 #[derive(Debug)]
-pub struct Table<'a> {
+pub struct TomlTable<'a> {
     source: &'a SourceText,
     entries: &'a DeTable<'a>,
     span: Range<usize>,
@@ -25,7 +25,7 @@ pub struct Table<'a> {
     asked: RefCell<Vec<String>>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> TomlTable<'a> {
     pub(super) fn root(source: &'a SourceText, entries: &'a DeTable<'a>) -> Self {
         Self {
             source,
@@ -365,14 +365,14 @@ impl<'a> TomlValue<'a> {
     ///
     /// # Errors
     /// No table.
-    pub fn table(&self) -> Read<Table<'a>> {
+    pub fn table(&self) -> Read<TomlTable<'a>> {
         let DeValue::Table(entries) = self.parsed() else {
             return Err(self.wrong("a table"));
         };
-        Ok(Table {
+        Ok(TomlTable {
             span: self.span(),
             path: self.path.clone(),
-            ..Table::root(self.source, entries)
+            ..TomlTable::root(self.source, entries)
         })
     }
 }

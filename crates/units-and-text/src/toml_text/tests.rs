@@ -28,7 +28,7 @@ fn values_are_read_with_their_places() {
     let text = "\u{feff}n = 1_000.5\nw = 0x10\nserial = 0042\nd_mm = 3\n[t]\nnames = [\"a\", 7]\n";
     let text = text.replace("0042", "42");
     let source = SourceText::new("f.toml", text);
-    let document = Document::parse(&source).unwrap();
+    let document = TomlDocument::parse(&source).unwrap();
     let root = document.root();
     assert_eq!(root.read("n", TomlValue::number).unwrap(), Some(1000.5));
     assert_eq!(root.read("w", TomlValue::count).unwrap(), Some(16_u8));
@@ -53,7 +53,7 @@ fn values_are_read_with_their_places() {
 #[test]
 fn an_unknown_key_is_reported_with_the_nearest_known_key() {
     let source = SourceText::new("f", "[a]\ndwel_s = 1\ncolour = 2\nname = 3\n");
-    let document = Document::parse(&source).unwrap();
+    let document = TomlDocument::parse(&source).unwrap();
     let table = document.root().require("a").unwrap().table().unwrap();
     assert!(table.find_with_unit("dwell", "", Kind::Time).is_none());
     assert!(table.get("name").is_some());
@@ -73,7 +73,7 @@ fn an_unknown_key_is_reported_with_the_nearest_known_key() {
 fn schemas_are_older_newer_or_other() {
     let check = |text: &str, required| {
         let source = SourceText::new("f", text);
-        let document = Document::parse(&source).unwrap();
+        let document = TomlDocument::parse(&source).unwrap();
         let checked = document.root().check_schema("s/f/2", required);
         checked.map_err(|error| error.0.problem.word())
     };

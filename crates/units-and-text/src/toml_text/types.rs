@@ -8,7 +8,7 @@ use crate::nearest::nearest;
 use crate::source_text::{PlacedError, SourceText};
 
 use super::problem::{TomlError, TomlProblem, UnknownKey};
-use super::{Document, DocumentStep, Read};
+use super::{DocumentStep, Read, TomlDocument};
 
 /// The content of a text, and the keys that belong to nothing in the format.
 pub type Known<T> = (T, Vec<UnknownKey>);
@@ -39,7 +39,7 @@ pub fn read_types<T: DeserializeOwned>(source: &SourceText) -> Read<T> {
     read_strict(source).map(|(read, _)| read)
 }
 
-impl Document<'_> {
+impl TomlDocument<'_> {
     /// The content in the types of a format that refuses unknown keys itself.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl Document<'_> {
 fn read_strict<T: DeserializeOwned>(source: &SourceText) -> Read<Known<T>> {
     let wrong = |error: &toml::de::Error| TomlError::of_reader(source, error);
     let deserializer = toml::Deserializer::parse(&source.text).map_err(|error| wrong(&error))?;
-    let document = Document::parse(source)?;
+    let document = TomlDocument::parse(source)?;
     let mut unknown = Vec::new();
     let read = serde_ignored::deserialize(deserializer, |path| {
         let mut steps = Vec::new();

@@ -8,9 +8,9 @@ use toml::de::{DeString, DeTable, DeValue};
 use crate::source_text::{PlacedError, SourceText};
 
 use super::problem::{TomlError, TomlProblem};
-use super::{Document, Read};
+use super::{Read, TomlDocument};
 
-/// Stands between a number and its unit where [`Document::parse_with_units`] joined them; no key of a file can hold it in plain sight.
+/// Stands between a number and its unit where [`TomlDocument::parse_with_units`] joined them; no key of a file can hold it in plain sight.
 const SEPARATOR: char = '\u{1f}';
 
 /// A number or expression as text, and the unit that its key ended in.
@@ -22,7 +22,7 @@ pub fn split_unit(text: &str) -> (&str, Option<&str>) {
     }
 }
 
-impl<'a> Document<'a> {
+impl<'a> TomlDocument<'a> {
     /// Parses a text, and takes the unit off every key that ends in one of `units`.
     ///
     /// Such a key gets its stem as name. Numbers and texts of its value, and of the entries of its array, become texts that hold the unit,
@@ -132,7 +132,7 @@ mod tests {
     fn numbers_get_the_unit_of_their_key() {
         let text = "at_mm = [1, 2.5, \"h - 3\"]\nstiffness_N_per_m = 1_000\nrows = [{ d_m = 2 }]\n";
         let source = SourceText::new("f", text);
-        let read: Format = Document::parse_with_units(&source, &UNITS)
+        let read: Format = TomlDocument::parse_with_units(&source, &UNITS)
             .unwrap()
             .types()
             .unwrap();
@@ -156,12 +156,14 @@ mod tests {
             "f",
             "at_mm = [1]\nstiffness = \"a\"\nrows = [{ d_mm = 2, e_mm = 3 }]",
         );
-        let document = Document::parse_with_units(&source, &UNITS).unwrap();
+        let document = TomlDocument::parse_with_units(&source, &UNITS).unwrap();
         let error = document.types::<Format>().unwrap_err().0;
         assert_eq!((error.line, error.column), (3, 21), "{error}");
         assert!(error.to_string().contains("unknown key `e`"), "{error}");
         let twice = SourceText::new("f", "at = [1]\nat_mm = [2]");
-        let error = Document::parse_with_units(&twice, &UNITS).unwrap_err().0;
+        let error = TomlDocument::parse_with_units(&twice, &UNITS)
+            .unwrap_err()
+            .0;
         assert_eq!((error.line, error.problem.word()), (2, "given_twice"));
     }
 }

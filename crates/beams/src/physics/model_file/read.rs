@@ -15,7 +15,7 @@ use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 use crate::structure::Property;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
-use stiffbench_units_and_text::toml_text::{Document, Table, TomlValue};
+use stiffbench_units_and_text::toml_text::{TomlDocument, TomlTable, TomlValue};
 
 use super::error::ModelFileError;
 use super::{FoundEffect, MODEL_SCHEMA, ModelFile, ParameterUncertainty, Provenance};
@@ -27,11 +27,11 @@ struct Written<'a> {
     name: &'static str,
     number: f64,
     unit: &'a str,
-    table: Table<'a>,
+    table: TomlTable<'a>,
 }
 
 pub(super) fn model(source: &SourceText) -> ModelRead<ModelFile> {
-    let document = Document::parse(source)?;
+    let document = TomlDocument::parse(source)?;
     let root = document.root();
     // The schema first: of a newer version the other keys may be anything.
     root.check_schema(MODEL_SCHEMA, true)?;
@@ -64,15 +64,15 @@ pub(super) fn model(source: &SourceText) -> ModelRead<ModelFile> {
     })
 }
 
-fn text(table: &Table<'_>, key: &str) -> ModelRead<Option<String>> {
+fn text(table: &TomlTable<'_>, key: &str) -> ModelRead<Option<String>> {
     Ok(table.read(key, TomlValue::text)?.map(str::to_owned))
 }
 
-fn error(table: &Table<'_>, span: Range<usize>, problem: EffectProblem) -> ModelFileError {
+fn error(table: &TomlTable<'_>, span: Range<usize>, problem: EffectProblem) -> ModelFileError {
     ModelFileError::new(table.source(), span, problem.into())
 }
 
-fn provenance(root: &Table<'_>) -> ModelRead<Provenance> {
+fn provenance(root: &TomlTable<'_>) -> ModelRead<Provenance> {
     let Some(table) = root.read("provenance", TomlValue::table)? else {
         return Ok(Provenance::default());
     };
@@ -156,7 +156,7 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
     Ok(factors)
 }
 
-fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
+fn effect(table: &TomlTable<'_>) -> ModelRead<FoundEffect> {
     table.only(&["physics", "place", "parameters", "alternative_group"])?;
     let name_value = table.require("physics")?;
     let problem = |span, problem| error(table, span, problem);
@@ -213,7 +213,7 @@ fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
 }
 
 /// The values of an effect, each `{ value, unit }` and what is known of it.
-fn parameters<'a>(table: &Table<'a>, laws: &[Law]) -> ModelRead<Vec<Written<'a>>> {
+fn parameters<'a>(table: &TomlTable<'a>, laws: &[Law]) -> ModelRead<Vec<Written<'a>>> {
     let Some(parameters) = table.read("parameters", TomlValue::table)? else {
         return Ok(Vec::new());
     };
@@ -367,27 +367,27 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
     }
 }
 
-fn tool(place: &Table<'_>, kind: PlaceKind) -> ModelRead<Place> {
+fn tool(place: &TomlTable<'_>, kind: PlaceKind) -> ModelRead<Place> {
     place.only(&["tool"])?;
     let axis = place.require("tool")?;
     let there = kind.read(axis.text()?);
     there.ok_or_else(|| axis.wrong(kind.in_words()).into())
 }
 
-fn direction(table: &Table<'_>, key: &str) -> ModelRead<Direction> {
+fn direction(table: &TomlTable<'_>, key: &str) -> ModelRead<Direction> {
     let value = table.require(key)?;
     let text = value.parsed().as_str().and_then(|text| text.parse().ok());
     text.ok_or_else(|| value.wrong("\"x\", \"y\" or \"z\"").into())
 }
 
-fn name<'a>(table: &Table<'a>, key: &str) -> ModelRead<&'a str> {
+fn name<'a>(table: &TomlTable<'a>, key: &str) -> ModelRead<&'a str> {
     let value = table.require(key)?;
     let text = value.parsed().as_str().filter(|name| !name.is_empty());
     text.ok_or_else(|| value.wrong("a name in quotes").into())
 }
 
 /// The axis of one of several gauges, if there is one; the other key of the place is for the caller.
-fn one_of_gauges(place: &Table<'_>, keys: [&'static str; 2]) -> ModelRead<Option<Direction>> {
+fn one_of_gauges(place: &TomlTable<'_>, keys: [&'static str; 2]) -> ModelRead<Option<Direction>> {
     place.only(&keys)?;
     let axis = place
         .get("direction")
@@ -395,7 +395,7 @@ fn one_of_gauges(place: &Table<'_>, keys: [&'static str; 2]) -> ModelRead<Option
     axis.transpose()
 }
 
-fn run(place: &Table<'_>) -> ModelRead<Place> {
+fn run(place: &TomlTable<'_>) -> ModelRead<Place> {
     place.only(&["run", "step", "direction"])?;
     let run = place.require("run")?.table()?;
     run.only(&["pose", "direction", "repeat"])?;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use indexmap::IndexMap;
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::Document;
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::TomlDocument;
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::expression::Expression;
@@ -37,7 +37,7 @@ const ALL: &str = "robot";
 /// A robot under construction.
 pub(super) struct RobotBuilder<'a> {
     pub(super) source: &'a SourceText,
-    document: &'a Document<'a>,
+    document: &'a TomlDocument<'a>,
     pub(super) file: &'a RobotFile2,
     pub(super) parameters: HashMap<String, f64>,
     /// Bodies by name: the base, those of joints, those along points.
@@ -61,7 +61,7 @@ pub(super) struct RobotBuilder<'a> {
 impl<'a> RobotBuilder<'a> {
     pub(super) fn new(
         source: &'a SourceText,
-        document: &'a Document<'a>,
+        document: &'a TomlDocument<'a>,
         file: &'a RobotFile2,
     ) -> Result<Self, RobotError> {
         let mut builder = Self {

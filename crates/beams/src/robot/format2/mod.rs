@@ -22,7 +22,7 @@ mod springs;
 mod variables;
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, remove_null};
+use stiffbench_units_and_text::toml_text::{TomlDocument, remove_null};
 
 use super::Robot;
 use super::error::RobotError;
@@ -51,12 +51,12 @@ pub fn json_schema() -> serde_json::Value {
 
 /// Whether a text names a schema, as files of this format do and those of the older one do not.
 pub(super) fn is_of_this_format(source: &SourceText) -> bool {
-    Document::parse(source).is_ok_and(|document| document.root().get("schema").is_some())
+    TomlDocument::parse(source).is_ok_and(|document| document.root().get("schema").is_some())
 }
 
 /// Reads and checks a robot file.
 pub(super) fn compile(source: &SourceText) -> Result<Robot, RobotError> {
-    let document = Document::parse_with_units(source, &measure::units());
+    let document = TomlDocument::parse_with_units(source, &measure::units());
     let document = document.map_err(|error| RobotError::File(error.into()))?;
     let checked = document.root().check_schema(SCHEMA, true);
     let file = checked.and_then(|()| document.types::<RobotFile2>());
