@@ -109,7 +109,7 @@ fn a_circle_of_ties_is_named() {
         Parameter::tied("c", 1, 1.0),
         Parameter::unbounded("free", 0.0),
     ]);
-    assert_eq!(error.to_string(), "the ties go in a circle: b -> c -> b");
+    assert_eq!(error.to_string(), "the ties form a cycle: b -> c -> b");
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn a_parameter_tied_to_itself_is_an_error() {
         Parameter::tied("a", 0, 1.0),
         Parameter::unbounded("b", 0.0),
     ]);
-    assert_eq!(error.to_string(), "the ties go in a circle: a -> a");
+    assert_eq!(error.to_string(), "the ties form a cycle: a -> a");
 }
 
 #[test]
