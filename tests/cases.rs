@@ -75,7 +75,12 @@ impl Check {
                     .map_or_else(|| value.to_string(), str::to_owned)
             })
             .unwrap_or_default();
-        let lower = text.to_lowercase();
+        // Words are found wherever a line ends.
+        let in_one_line = |text: &str| -> String {
+            let words: Vec<&str> = text.split_whitespace().collect();
+            words.join(" ").to_lowercase()
+        };
+        let one_line = in_one_line(&text);
         let mut asked = usize::from(self.absent);
         let mut right = !self.absent || found.is_none();
         if let Some(value) = &self.is {
@@ -89,11 +94,11 @@ impl Check {
         }
         if let Some(part) = &self.contains {
             asked += 1;
-            right &= lower.contains(&part.to_lowercase());
+            right &= one_line.contains(&in_one_line(part));
         }
         if let Some(part) = &self.lacks {
             asked += 1;
-            right &= found.is_some() && !lower.contains(&part.to_lowercase());
+            right &= found.is_some() && !one_line.contains(&in_one_line(part));
         }
         assert!(asked > 0, "a check of {place} asks for nothing");
         let shown = text.chars().take(1500).collect::<String>();

@@ -506,7 +506,7 @@ fn tables_that_cannot_be_used_name_the_line() {
     );
     let error = refused("t.csv", &with("J4,-90,225", "J4,-90,much"));
     assert!(
-        error.starts_with("t.csv:5:") && error.contains("no finite number"),
+        error.starts_with("t.csv:5:") && error.contains("not a finite number"),
         "{error}"
     );
     let error = refused("t.csv", &with("J4,-90,225,0", "J4,-90,225"));

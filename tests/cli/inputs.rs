@@ -178,7 +178,7 @@ fn corrections_are_in_json_and_a_read_only_folder_still_gives_a_verdict() {
     desk.write("session/diagnosis", "in the way");
     let ran = desk.run("diagnose session").succeeds();
     assert!(
-        ran.stdout.contains("nothing that the model leaves out"),
+        ran.stdout.contains("No missing physics was detected"),
         "{}",
         ran.stdout
     );

@@ -46,7 +46,10 @@ fn values_are_read_one_by_one() {
         .run("instrument read mark10-series5 --port gauge")
         .succeeds()
         .stdout;
-    assert!(text.contains("N\n") && text.contains("1 values"), "{text}");
+    assert!(
+        text.contains("N\n") && text.contains("1 value and"),
+        "{text}"
+    );
 }
 
 #[test]

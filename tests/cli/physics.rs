@@ -255,7 +255,7 @@ fn a_fit_with_the_model_finds_the_factors_behind_it_and_one_without_does_not() {
     assert!(largest_error("--mechanism F") > 0.02);
     let text = desk.run("fit session --model model.toml --figures figures");
     let text = text.succeeds().stdout;
-    assert!(text.contains("Physics beside the beams, held fixed:\n  joint-compliance at joint A4"));
+    assert!(text.contains("Physics beside the beams, held fixed:\n- joint-compliance at joint A4"));
     let fit = desk.data("fit session --model model.toml");
     assert_eq!(fit["physics"].as_array().unwrap().len(), 3);
     assert!(fit["max_error_percent"].as_f64().unwrap() < 0.01);

@@ -1,6 +1,6 @@
 //! Absolute positions under own weight through the commands: simulated, fitted, and what is refused with its place.
 
-use super::{Desk, assert_output_contains, desk};
+use super::{Desk, assert_output_contains, desk, unwrapped};
 use stiffbench_test_files::text;
 
 const SPRINGS: &str =
@@ -74,7 +74,7 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
     let rms = |key: &str| fit["rms"][key].as_f64().unwrap();
     assert!(rms("rigid_um") > 10.0 * rms("unseen_um"));
     assert_eq!(fit["rms"]["rigid_um"], fit["rms"]["before_um"]);
-    let page = desk.run("fit a").succeeds().stdout;
+    let page = unwrapped(&desk.run("fit a").succeeds().stdout);
     for words in [
         "base_frame.rx",
         "tool_point.z",

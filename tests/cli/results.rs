@@ -1,6 +1,6 @@
 //! Every subcommand once, for people and for programs.
 
-use super::{Desk, desk, desk_with_session, five_columns};
+use super::{Desk, desk, desk_with_session, five_columns, unwrapped};
 
 /// Runs a subcommand in both forms; the text holds `words`, the JSON is an envelope of `kind`.
 fn both(desk: &Desk, arguments: &str, words: &[&str], kind: &str) {
@@ -265,7 +265,7 @@ fn cells_of_one_run_are_weighed_by_their_reading_noise() {
     assert_eq!(data["weights"]["basis"], "from-residuals");
     assert!(data["weights"]["run_slope_sd"].as_f64().unwrap() < 0.02);
     assert!(data["p_value"].is_null());
-    let text = desk.run("fit once").succeeds().stdout;
+    let text = unwrapped(&desk.run("fit once").succeeds().stdout);
     assert!(
         text.contains(
             "scatter from run to run taken from the residuals; weights from reading noise"

@@ -144,7 +144,7 @@ fn springs_are_fitted_from_a_guided_session_and_from_the_one_it_plans() {
         "stiffbench::usage::argument",
     );
     assert_output_contains(&error, &[".toml", ".csv"]);
-    assert!(desk.read("next.toml").contains("minutes"));
+    assert!(desk.read("next.toml").contains(" min"));
     desk.run(&format!("session run t --procedure next.toml {arm}"))
         .succeeds();
     let both = desk.data(&format!("fit s t {springs}"));

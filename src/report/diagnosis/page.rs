@@ -153,8 +153,7 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
             location(subject, &report.unexplained())
         )),
         VerdictGrade::Nothing => {
-            let model = subject.model();
-            sentences.push(format!("No physics missing from the {model} was detected."));
+            sentences.push("No missing physics was detected.".to_owned());
         }
         VerdictGrade::Undecided => sentences.push(format!(
             "These readings cannot decide whether the {} leaves something out.",
