@@ -9,7 +9,7 @@ use crate::analysis::{
 use crate::fit::{FitOutcome, PaperFit};
 use crate::load_cases::write_load_cases;
 use crate::report::{
-    ComparedFit, FitReport, Fitted, FittedModel, ModelComparison, PaperSteps, StoredFit,
+    ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps, StoredFit, StoredModel,
 };
 use crate::stiffness::Method as StiffnessMethod;
 
@@ -185,7 +185,7 @@ fn compared(
         let stored = StoredFit::read(&read_text(path)?).map_err(|problem| refuse(path, problem))?;
         files.push((path, stored));
     }
-    let model = FittedModel::from(own);
+    let model = StoredModel::from(own);
     let first = ComparedFit::new("this fit", &model, inputs.hashes_of_data().collect())
         .map_err(|problem| refuse(Path::new("FIT.json"), format!("this fit: {problem}")))?;
     let mut fits = vec![first];

@@ -94,9 +94,9 @@ pub use specimen::{
     SiValue, SpecimenFinding, SpecimenNoise, SpecimenParameter, SpecimenQuality, SpecimenSlope,
     SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
-pub use stiffbench_document::{Block, Document, Table, TextColumn, table_of};
+pub use stiffbench_document::{Document, DocumentBlock, Table, TextColumn, table_of};
 pub use stiffness::stiffness_text;
-pub use stored_fit::{FittedModel, StoredFit, StoredInput, StoredInputs};
+pub use stored_fit::{StoredFit, StoredInput, StoredInputs, StoredModel};
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};
 pub use vector_stiffness::{

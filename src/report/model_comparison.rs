@@ -9,7 +9,7 @@ use crate::least_squares::SigmaMode;
 use crate::statistics::{f_upper_tail, root_mean_square};
 
 use super::fit_report::{FittedCellReport, ParameterReport};
-use super::stored_fit::FittedModel;
+use super::stored_fit::StoredModel;
 use super::text::{digits, or_dash, significant};
 
 /// Values that differ by a smaller share are the same: JSON keeps all digits, other machines round the last ones otherwise.
@@ -67,7 +67,7 @@ pub struct NestedTest {
 #[derive(Debug)]
 pub struct ComparedFit<'a> {
     name: String,
-    fit: &'a FittedModel,
+    fit: &'a StoredModel,
     /// SHA-256 of each of its data.
     data: Vec<&'a str>,
     /// Parameters that the fit moves.
@@ -83,7 +83,7 @@ impl<'a> ComparedFit<'a> {
     ///
     /// # Errors
     /// What it lacks, in words.
-    pub fn new(name: &str, fit: &'a FittedModel, data: Vec<&'a str>) -> Result<Self, &'static str> {
+    pub fn new(name: &str, fit: &'a StoredModel, data: Vec<&'a str>) -> Result<Self, &'static str> {
         if fit.cells.is_empty() {
             return Err("it is not a fit of stiffness values");
         }
@@ -290,7 +290,7 @@ mod tests {
     use serde_json::json;
 
     /// A straight line or a parabola through ten points as if they were cells.
-    fn fit(free: usize, squares: f64, sigma: &str) -> FittedModel {
+    fn fit(free: usize, squares: f64, sigma: &str) -> StoredModel {
         let parameter = |place: usize| {
             let status = if place < free { "free" } else { "fixed" };
             json!({"name": format!("p{place}"), "status": status, "value": 0.0, "unit": "1", "se": null, "ci95": null,
@@ -350,7 +350,7 @@ mod tests {
     fn models_of_other_data_are_not_ranked() {
         let own = fit(2, 4.0, "known");
         let first = ComparedFit::new("a", &own, vec!["a"]).unwrap();
-        let differs = |fit: &FittedModel, data: &'static str| {
+        let differs = |fit: &StoredModel, data: &'static str| {
             let other = ComparedFit::new("b", fit, vec![data]).unwrap();
             other.differs_from(&first)
         };

@@ -14,7 +14,7 @@ pub struct StoredFit {
     /// What it was made of.
     pub inputs: StoredInputs,
     /// The fit.
-    pub data: FittedModel,
+    pub data: StoredModel,
     /// What it warned of.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -41,7 +41,7 @@ pub struct StoredInput {
 
 /// The model of a fit, and the cells that it was fitted to, as [`FitReport`] has them.
 #[derive(Debug, Clone, Deserialize)]
-pub struct FittedModel {
+pub struct StoredModel {
     /// The mechanism.
     pub mechanism: String,
     /// What acts beside the beams, held fixed.
@@ -76,7 +76,7 @@ impl StoredFit {
     }
 }
 
-impl From<&FitReport> for FittedModel {
+impl From<&FitReport> for StoredModel {
     fn from(fit: &FitReport) -> Self {
         Self {
             mechanism: fit.mechanism.clone(),

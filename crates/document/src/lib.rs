@@ -13,7 +13,7 @@ pub use terminal::wrapped;
 /// A part of a document.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Block {
+pub enum DocumentBlock {
     /// A heading.
     Heading {
         /// Its words, as in a sentence.
@@ -37,7 +37,7 @@ pub enum Block {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Document {
-    blocks: Vec<Block>,
+    blocks: Vec<DocumentBlock>,
 }
 
 impl Document {
@@ -63,27 +63,27 @@ impl Document {
 
     /// Its blocks.
     #[must_use]
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[DocumentBlock] {
         &self.blocks
     }
 
     /// Adds a heading.
     pub fn heading(&mut self, text: impl Into<String>) {
         let text = text.into();
-        self.blocks.push(Block::Heading { text });
+        self.blocks.push(DocumentBlock::Heading { text });
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: impl Into<String>) {
         let text = text.into();
-        self.blocks.push(Block::Paragraph { text });
+        self.blocks.push(DocumentBlock::Paragraph { text });
     }
 
     /// Adds an entry to the list at the end, or begins one.
     pub fn item(&mut self, text: impl Into<String>) {
         match self.blocks.last_mut() {
-            Some(Block::List { items }) => items.push(text.into()),
-            _ => self.blocks.push(Block::List {
+            Some(DocumentBlock::List { items }) => items.push(text.into()),
+            _ => self.blocks.push(DocumentBlock::List {
                 items: vec![text.into()],
             }),
         }
@@ -91,14 +91,14 @@ impl Document {
 
     /// Adds a table.
     pub fn table(&mut self, table: Table) {
-        self.blocks.push(Block::Table(table));
+        self.blocks.push(DocumentBlock::Table(table));
     }
 
     /// Adds another document; its list goes on the one at the end.
     pub fn append(&mut self, other: Self) {
         for block in other.blocks {
             match block {
-                Block::List { items } => items.into_iter().for_each(|item| self.item(item)),
+                DocumentBlock::List { items } => items.into_iter().for_each(|item| self.item(item)),
                 block => self.blocks.push(block),
             }
         }
@@ -109,14 +109,14 @@ impl Document {
     pub fn map_texts(self, change: impl Fn(&str) -> String) -> Self {
         let all = |texts: Vec<String>| texts.iter().map(|text| change(text)).collect();
         let blocks = self.blocks.into_iter().map(|block| match block {
-            Block::Heading { text } => Block::Heading {
+            DocumentBlock::Heading { text } => DocumentBlock::Heading {
                 text: change(&text),
             },
-            Block::Paragraph { text } => Block::Paragraph {
+            DocumentBlock::Paragraph { text } => DocumentBlock::Paragraph {
                 text: change(&text),
             },
-            Block::List { items } => Block::List { items: all(items) },
-            Block::Table(table) => Block::Table(table.map_texts(all)),
+            DocumentBlock::List { items } => DocumentBlock::List { items: all(items) },
+            DocumentBlock::Table(table) => DocumentBlock::Table(table.map_texts(all)),
         });
         Self {
             blocks: blocks.collect(),

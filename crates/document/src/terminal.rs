@@ -1,6 +1,6 @@
 //! A document as a terminal shows it.
 
-use crate::{Block, Document};
+use crate::{Document, DocumentBlock};
 
 /// Width of paragraphs and lists.
 const WIDTH: usize = 100;
@@ -10,33 +10,36 @@ impl Document {
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
-        let mut last: Option<&Block> = None;
+        let mut last: Option<&DocumentBlock> = None;
         for block in self.blocks() {
             let goes_on = matches!(
                 (last, block),
-                (Some(Block::Heading { .. }), _)
-                    | (Some(Block::Paragraph { .. }), Block::List { .. })
+                (Some(DocumentBlock::Heading { .. }), _)
+                    | (
+                        Some(DocumentBlock::Paragraph { .. }),
+                        DocumentBlock::List { .. }
+                    )
             );
             if last.is_some() && !goes_on {
                 text.push('\n');
             }
             last = Some(block);
             match block {
-                Block::Heading { text: words } => {
+                DocumentBlock::Heading { text: words } => {
                     text.push_str(&words.to_uppercase());
                     text.push('\n');
                 }
-                Block::Paragraph { text: words } => {
+                DocumentBlock::Paragraph { text: words } => {
                     text.push_str(&wrapped(words, WIDTH, "", ""));
                     text.push('\n');
                 }
-                Block::List { items } => {
+                DocumentBlock::List { items } => {
                     for item in items {
                         text.push_str(&wrapped(item, WIDTH, "- ", "  "));
                         text.push('\n');
                     }
                 }
-                Block::Table(table) => text.push_str(&table.text()),
+                DocumentBlock::Table(table) => text.push_str(&table.text()),
             }
         }
         text

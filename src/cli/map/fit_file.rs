@@ -7,7 +7,7 @@ use crate::cli::failure::Failure;
 use crate::distribution::FittedCovariance;
 use crate::export::ParameterRow;
 use crate::fit::{FactorCorrelations, StatusWord};
-use crate::report::{FittedModel, StoredFit};
+use crate::report::{StoredFit, StoredModel};
 use crate::robot::{FittingFactors, ModelParameter};
 
 /// What a fit found.
@@ -56,7 +56,7 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
 ///
 /// # Errors
 /// What is missing, in words.
-fn of_model(fit: &FittedModel) -> Result<FitFile, String> {
+fn of_model(fit: &StoredModel) -> Result<FitFile, String> {
     let names = fit.correlation.as_ref().map(|found| &found.names);
     let (mut values, mut notes, mut rows) = (FittingFactors::UNIT, Vec::new(), Vec::new());
     let mut parameters = Vec::new();

@@ -159,10 +159,10 @@ mod tests {
         assert_eq!(likelier(3.0), "about 20 times likelier");
         assert_eq!(likelier(1.0), "2.7 times likelier");
         assert_eq!(likelier(-2.0), "no likelier");
-        assert_eq!(one_in(0.0003, 1e-4), "in about 1 of 3300 such sessions");
+        assert_eq!(one_in(0.0003, 1e-4), "in about 1 in 3300 such sessions");
         assert_eq!(
             one_in(1e-4, 1e-4),
-            "in fewer than 1 of 10000 such sessions (the simulation can show no less)"
+            "in fewer than 1 in 10000 such sessions (the limit of the simulation)"
         );
         assert_eq!(one_in(0.41, 1e-4), "in 41 of 100 such sessions");
         assert_eq!(
