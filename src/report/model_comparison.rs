@@ -224,7 +224,7 @@ impl ModelComparison {
             .min_by(f64::total_cmp);
         let models = fits.iter().map(|fit| ComparedModel {
             name: fit.name.clone(),
-            mechanism: fit.fit.mechanism.clone(),
+            mechanism: fit.fit.mechanism.clone().unwrap_or_default(),
             effects: fit.fit.physics.len(),
             free: fit.free,
             squares: fit.squares,

@@ -42,8 +42,8 @@ pub struct StoredInput {
 /// The model of a fit, and the cells that it was fitted to, as [`FitReport`] has them.
 #[derive(Debug, Clone, Deserialize)]
 pub struct StoredModel {
-    /// The mechanism.
-    pub mechanism: String,
+    /// The mechanism; `None` of what any may have.
+    pub mechanism: Option<String>,
     /// What acts beside the beams, held fixed.
     pub physics: Vec<Value>,
     /// Every parameter.
@@ -79,7 +79,7 @@ impl StoredFit {
 impl From<&FitReport> for StoredModel {
     fn from(fit: &FitReport) -> Self {
         Self {
-            mechanism: fit.mechanism.clone(),
+            mechanism: Some(fit.mechanism.clone()),
             physics: fit.physics.iter().map(|effect| json!(effect)).collect(),
             parameters: fit.parameters.clone(),
             correlation: fit.correlation.clone(),

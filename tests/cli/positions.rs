@@ -78,9 +78,9 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
     for words in [
         "base_frame.rx",
         "tool_point.z",
-        "Rigid: the robot without what is fitted, with base frame and tool point of its own",
+        "Rigid: the robot without the fitted parameters, with its own base frame and tool point",
         "In poses left out",
-        "joint.J1: own weight does not load it",
+        "joint.J1: the robot's own weight does not load it",
         "100 N along",
     ] {
         assert!(page.contains(words), "`{words}` is not in {page}");

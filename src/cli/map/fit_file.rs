@@ -103,7 +103,7 @@ fn of_model(fit: &StoredModel) -> Result<FitFile, String> {
         factors: values,
         covariance,
         notes,
-        mechanism: Some(fit.mechanism.clone()),
+        mechanism: fit.mechanism.clone(),
         parameters: rows,
         ..FitFile::default()
     })
