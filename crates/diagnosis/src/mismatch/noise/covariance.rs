@@ -553,6 +553,23 @@ mod tests {
     use crate::mismatch::GaugeSteps;
     use crate::mismatch::observed::tests::two_gauges;
 
+    /// Checks the inverse of a covariance against its entries, by row and column.
+    fn assert_covariance_is(
+        found: &NoiseCovariance,
+        n: usize,
+        expected: impl Fn(usize, usize) -> f64,
+    ) {
+        for column in 0..n {
+            let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
+            found.covariance.whiten(&mut unit);
+            found.covariance.whiten_transposed(&mut unit);
+            for (row, value) in unit.iter().enumerate() {
+                let identity = f64::from(u8::from(row == column));
+                assert!((value - identity).abs() < 1e-9, "{row} {column}: {value}");
+            }
+        }
+    }
+
     #[test]
     fn a_zero_among_oblique_forces_was_read() {
         let oblique = [3.1, -2.0, 0.4, 0.0, 0.0, 0.0];
@@ -620,15 +637,7 @@ mod tests {
             }
             sum
         };
-        for column in 0..n {
-            let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
-            found.covariance.whiten(&mut unit);
-            found.covariance.whiten_transposed(&mut unit);
-            for (row, value) in unit.iter().enumerate() {
-                let identity = f64::from(u8::from(row == column));
-                assert!((value - identity).abs() < 1e-9, "{row} {column}: {value}");
-            }
-        }
+        assert_covariance_is(&found, n, expected);
     }
 
     #[test]
@@ -667,14 +676,6 @@ mod tests {
             own + (step + scatter) * moved
         };
         assert!((0..n).any(|i| session_run(i) != session_run(0) && expected(i, 0) != 0.0));
-        for column in 0..n {
-            let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
-            found.covariance.whiten(&mut unit);
-            found.covariance.whiten_transposed(&mut unit);
-            for (row, value) in unit.iter().enumerate() {
-                let identity = f64::from(u8::from(row == column));
-                assert!((value - identity).abs() < 1e-9, "{row} {column}: {value}");
-            }
-        }
+        assert_covariance_is(&found, n, expected);
     }
 }
