@@ -410,10 +410,10 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
         "Next load cases that would best determine the open parameters (standard errors now and after each):",
     );
     for next in planned {
-        let errors = next
-            .errors
-            .iter()
-            .filter(|one| one.then < WORTH_PRINTING * one.now);
+        let errors = next.errors.iter().filter(|one| {
+            one.then
+                .is_some_and(|then| one.now.is_none_or(|now| then < WORTH_PRINTING * now))
+        });
         let errors = errors.map(|one| {
             let own = parameters.iter().find(|own| own.name == one.name);
             // Of a factor the error of its logarithm is planned; the table has that of its value.
@@ -422,10 +422,12 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
                 Some(own) => (1.0, format!(" {}", own.unit)),
                 None => (1.0, String::new()),
             };
-            let [now, then] = [one.now, one.then].map(|error| significant(scale * error, 2));
-            // Before that load case nothing but its bounds is known of a spring without a value.
-            let has_value = own.is_none_or(|own| own.value.is_some());
-            let now = if has_value { now } else { "unknown".to_owned() };
+            let [now, then] = [one.now, one.then].map(|error| {
+                error.map_or_else(
+                    || "unknown".to_owned(),
+                    |error| significant(scale * error, 2),
+                )
+            });
             format!("{} {now} to {then}{unit}", one.name)
         });
         document.item(format!(

@@ -135,9 +135,12 @@ fn load_cases_that_would_not_help_are_not_planned() {
     assert!(!next.is_empty());
     for one in next {
         let errors = one["errors"].as_array().unwrap().iter();
-        let mut shares =
-            errors.map(|one| one["then"].as_f64().unwrap() / one["now"].as_f64().unwrap());
-        assert!(shares.any(|share| share < 0.99), "{one}");
+        let mut falls = errors.map(|one| match (one["now"].as_f64(), one["then"].as_f64()) {
+            (Some(now), Some(then)) => then < 0.99 * now,
+            (None, then) => then.is_some(),
+            (Some(_), None) => false,
+        });
+        assert!(falls.any(|falls| falls), "{one}");
     }
 }
 
@@ -303,7 +306,8 @@ fn what_is_open_is_named_with_the_load_that_would_determine_it() {
         .iter()
         .find(|one| one["name"] == "joint.J1")
         .unwrap();
-    assert!(error["then"].as_f64().unwrap() < 0.5 * error["now"].as_f64().unwrap());
+    assert!(error["now"].is_null(), "{error}");
+    assert!(error["then"].as_f64().unwrap() > 0.0);
     let table = desk.read("next.csv");
     assert_eq!(table.lines().count(), 4);
     desk.refusal(

@@ -68,15 +68,15 @@ pub struct PlannedLoadCases {
 
 /// The standard error of a parameter before and with this and all earlier planned load cases, in its unit; of a factor that of its logarithm.
 ///
-/// It is that of the fit, in which parameters at a bound stay there; where no load shows a parameter that of what its bounds allow.
+/// It is that of the fit, in which parameters at a bound stay there; none where no load shows the parameter beside the others.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct NextStandardError {
     /// The parameter.
     pub name: String,
     /// Now.
-    pub now: f64,
+    pub now: Option<f64>,
     /// With this load case.
-    pub then: f64,
+    pub then: Option<f64>,
 }
 
 /// A motion of the end that is yet to be read.
@@ -265,12 +265,10 @@ fn plan(
         || Information::of_prior(&[], free.len()),
         |information| information.of_some(&free, &widths),
     );
-    // As in the fit; where no load shows a parameter beside the others, what its bounds allow.
-    let errors = |rows: &Information| -> Vec<f64> {
-        let variances = variances(rows);
+    let errors = |rows: &Information| -> Vec<Option<f64>> {
         let error = |&i: &usize| {
             let of_fit = rows.standard_error(i, |other| !at_bound(other));
-            of_fit.unwrap_or_else(|| variances[i].sqrt()) * widths[i]
+            of_fit.map(|error| error * widths[i])
         };
         open.iter().map(error).collect()
     };
