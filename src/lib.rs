@@ -28,6 +28,7 @@
 //! - [`cli`]: arguments, output files, terminal. Only it prints, writes files and reads the clock.
 
 pub mod analysis;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod export;
 pub mod report;

@@ -12,7 +12,7 @@ use crate::analysis::{
 use crate::mismatch::Verdict;
 use crate::physics::Law;
 use crate::report::{
-    Determination, DiagnosisResult, FactorChangeReport, ProposedProcedures, diagnosis_appendix,
+    Determination, DiagnosisSummary, FactorChangeReport, ProposedProcedures, diagnosis_appendix,
     diagnosis_figures, diagnosis_page,
 };
 use crate::session::inside;
@@ -104,7 +104,7 @@ pub(super) fn report_of(
     let mut warnings = [warnings, &report.warnings].concat();
     let mut text = diagnosis_page(report, ProposedProcedures::Beside).text();
     let whole = format!("{text}\n{}", diagnosis_appendix(report).text());
-    let mut data = DiagnosisResult::from(report);
+    let mut data = DiagnosisSummary::from(report);
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {
             let model = model(&folder)?.map(|model| ("model.toml", model));
@@ -126,7 +126,7 @@ pub(super) fn report_of(
                     "\nThis page with all numbers behind it, the data and the figures: {}",
                     folder.display()
                 );
-                data = data.with_files(written);
+                data.files = Some(written);
             }
             Err(failure) if args.out.is_some() => return Err(failure),
             // A verdict is not withheld because the session may only be read.
@@ -257,13 +257,10 @@ fn write_diagnosis<const N: usize>(
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor
 /// that they do not determine.
-fn outcome(text: String, result: DiagnosisResult) -> Outcome {
+fn outcome(text: String, result: DiagnosisSummary) -> Outcome {
     let is_open = |factor: &FactorChangeReport| factor.status != Determination::Free;
-    let (verdict, open) = match &result {
-        DiagnosisResult::Session(one) => (one.verdict, one.factors.iter().any(is_open)),
-        DiagnosisResult::Specimen(one) => (one.verdict, false),
-    };
-    let exit = match verdict {
+    let open = result.factors.iter().any(is_open);
+    let exit = match result.verdict {
         Verdict::NothingMissing if open => 41,
         Verdict::NothingMissing => 0,
         _ => 1,

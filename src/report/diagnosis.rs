@@ -32,9 +32,9 @@ pub use page::diagnosis_page;
 pub(super) use page::headline;
 pub(super) use phrases::{listed, short_phrase};
 pub use summary::{
-    ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
-    FindingReport, FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, Strata,
-    UnexplainedReport, UntestedContrast,
+    ComponentShares, Determination, DiagnosisSummary, FactorChangeReport, FindingReport,
+    FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, SiValue, SlopeReport,
+    Strata, TableValue, UnexplainedReport, UntestedContrast,
 };
 
 impl DiagnosisReport {

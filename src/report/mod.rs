@@ -35,7 +35,6 @@ mod schemas;
 mod session;
 mod significance;
 mod simulation;
-mod specimen;
 mod stiffness;
 mod stored_fit;
 mod text;
@@ -49,11 +48,12 @@ pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::design_text;
 pub use diagnosis::{
-    ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
-    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, IntervalEnd,
-    KnownEffectReport, KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport,
-    ProposedProcedures, QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata,
-    UnexplainedReport, UnseenReason, UntestedContrast, diagnosis_appendix, diagnosis_page,
+    ComponentShares, DetectionLimitReport, Determination, DiagnosisSummary, EarlierReport,
+    FactorChangeReport, FindingReport, FittedParameter, IntervalEnd, KnownEffectReport,
+    KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport, ProposedProcedures,
+    QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, SiValue, SlopeReport, Strata,
+    TableValue, UnexplainedReport, UnseenReason, UntestedContrast, diagnosis_appendix,
+    diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
@@ -90,10 +90,6 @@ pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
-pub use specimen::{
-    SiValue, SpecimenFinding, SpecimenNoise, SpecimenParameter, SpecimenQuality, SpecimenSlope,
-    SpecimenSummary, SpecimenUnexplained, SpecimenValue,
-};
 pub use stiffbench_document::{Document, DocumentBlock, Table, TextColumn, table_of};
 pub use stiffness::stiffness_text;
 pub use stored_fit::{StoredFit, StoredInput, StoredInputs, StoredModel};

@@ -7,7 +7,7 @@ use crate::stiffness::StiffnessTable;
 
 use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
-    DecodeReport, DemoReport, DiagnosisResult, EmulationReport, FigureReport, FitReport,
+    DecodeReport, DemoReport, DiagnosisSummary, EmulationReport, FigureReport, FitReport,
     InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult,
     MobilityReport, ModelExportReport, PaperReport, PlanReport, PortList, ReadReport, RecordReport,
     ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport,
@@ -26,7 +26,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("config-schema", schema_of::<Schema>()),
         ("demo", schema_of::<DemoReport>()),
         ("design", schema_of::<crate::mismatch::DesignReport>()),
-        ("diagnosis", schema_of::<DiagnosisResult>()),
+        ("diagnosis", schema_of::<DiagnosisSummary>()),
         ("doctor", schema_of::<super::DoctorReport>()),
         ("emulate", schema_of::<EmulationReport>()),
         ("error", schema_of::<super::ErrorReport>()),

@@ -3,10 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, Subject};
 use crate::mismatch::{DetectionLimit, LawCriticalValues};
 use crate::physics::{Law, Needs, ParameterSpec, Place, laws};
-use crate::report::micro;
 use crate::search::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 /// Size of a law that readings would have shown at a place, or the reason why there is none.
@@ -19,7 +18,7 @@ pub struct DetectionLimitReport {
     /// Size found in 80 % of sessions, in `unit`; `null` if no possible size is.
     pub size_80: Option<f64>,
     /// Unit of the sizes; `null` for a law without size.
-    pub unit: Option<&'static str>,
+    pub unit: Option<String>,
     /// What else the search shows of the law.
     #[serde(flatten)]
     pub seen: Option<SeenLimit>,
@@ -31,7 +30,7 @@ pub struct DetectionLimitReport {
 /// What a search shows of a law at a place.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SeenLimit {
-    /// Largest change of a reading by the size, µm.
+    /// Largest change of a reading by the size, µm; `null` of readings that are no lengths.
     pub end_effect_um: Option<f64>,
     /// Upper 95 % limit of the size, given these readings, in `unit`; `null` where something was found.
     pub upper_95: Option<f64>,
@@ -86,7 +85,14 @@ fn unit(law: Law) -> Option<&'static str> {
 }
 
 impl DetectionLimitReport {
-    fn at_place(limit: &DetectionLimit) -> Self {
+    fn at_place(subject: &Subject, limit: &DetectionLimit) -> Self {
+        let stored = limit
+            .law
+            .parameters
+            .first()
+            .map(|size| subject.stored(size));
+        let (si, unit) = stored.unzip();
+        let scaled = |size: f64| size / si.unwrap_or(1.0);
         let (reason, remedy) = limit.law.search.unseen_at_place;
         let unseen = UnseenReason {
             reason,
@@ -95,11 +101,11 @@ impl DetectionLimitReport {
         Self {
             physics: limit.law,
             place: Some(limit.place.clone()),
-            size_80: limit.size_80,
-            unit: unit(limit.law),
+            size_80: limit.size_80.map(scaled),
+            unit,
             seen: Some(SeenLimit {
-                end_effect_um: limit.end_effect_m.map(micro),
-                upper_95: limit.upper_95,
+                end_effect_um: limit.end_effect_m.and_then(|one| subject.micrometres(one)),
+                upper_95: limit.upper_95.map(scaled),
             }),
             unseen: limit.size_80.is_none().then_some(unseen),
         }
@@ -112,21 +118,26 @@ impl DiagnosisReport {
     pub(super) fn detection_limits(&self) -> Vec<DetectionLimitReport> {
         let limits = &self.diagnosis.detection_limits;
         let tested = &self.critical.laws.values;
-        let mut all: Vec<DetectionLimitReport> =
-            limits.iter().map(DetectionLimitReport::at_place).collect();
+        let at_place = |limit| DetectionLimitReport::at_place(&self.subject, limit);
+        let mut all: Vec<DetectionLimitReport> = limits.iter().map(at_place).collect();
         all.sort_by_key(|limit| limit.unseen.is_some());
         let is_whole = |law: &Law| {
             limits.iter().all(|limit| limit.law != *law)
                 && tested.keys().all(|(tested, _)| tested != law)
         };
         let whole = Law::searched_on(self.observations.object).filter(is_whole);
-        all.extend(whole.map(|law| DetectionLimitReport {
-            physics: law,
-            place: law.place_kind.only(),
-            size_80: None,
-            unit: unit(law),
-            seen: None,
-            unseen: Some(self.why_unseen(law)),
+        all.extend(whole.map(|law| {
+            DetectionLimitReport {
+                physics: law,
+                place: law.place_kind.only(),
+                size_80: None,
+                unit: law
+                    .parameters
+                    .first()
+                    .map(|size| self.subject.stored(size).1),
+                seen: None,
+                unseen: Some(self.why_unseen(law)),
+            }
         }));
         all
     }

@@ -7,7 +7,7 @@ use stiffbench_document::{Document, table_of};
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::text::{micro, significant, unit_behind};
+use crate::report::text::{significant, unit_behind};
 use crate::statistics::chi_squared_quantile;
 
 use super::is_known;
@@ -28,8 +28,8 @@ pub struct NoiseReport {
     pub earlier: Option<Vec<EarlierReport>>,
     /// All its parts.
     pub components: Vec<NoiseComponent>,
-    /// Root mean square that noise alone would leave, µm.
-    pub floor_rms_um: f64,
+    /// Root mean square that noise alone would leave, µm; `null` of readings that are no lengths.
+    pub floor_rms_um: Option<f64>,
 }
 
 /// A part of the noise. Parts that not every bench has are there where the readings ask for them.
@@ -116,7 +116,7 @@ impl From<&DiagnosisReport> for NoiseReport {
             source,
             earlier,
             components: components(report),
-            floor_rms_um: micro(report.noise_floor_m()),
+            floor_rms_um: report.subject.micrometres(report.noise_floor_m()),
         }
     }
 }

@@ -7,16 +7,17 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{DiagnosisReport, RobotSubject, Subject};
+use crate::analysis::{DiagnosisReport, Subject};
 use crate::fit::TableMistake;
 use crate::mismatch::{
-    Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut, Impossible,
-    LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival,
-    Stratum, StratumTest, Verdict, VerdictGrade,
+    ConfigurationSizes, Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut,
+    Impossible, LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, PartUnits, Quality,
+    ReadingTrace, Rival, Stratum, StratumTest, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
-use crate::report::{SpecimenSummary, micro, text::open_interval};
+use crate::report::{micro, text::open_interval};
 use crate::robot::ModelParameter;
+use crate::table_files::FileLayout;
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -28,19 +29,12 @@ use super::page::headline;
 use super::sessions::SessionReport;
 use super::{check, factor_value, phrases};
 
-/// What `diagnose` gives: of sessions and load cases, or of a table without a robot.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum DiagnosisResult {
-    /// Of sessions or load cases.
-    Session(Box<DiagnosisSummary>),
-    /// Of a table without a robot.
-    Specimen(Box<SpecimenSummary>),
-}
-
-/// A diagnosis.
+/// A diagnosis: of sessions and load cases, or of a part, whose table states its own units.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct DiagnosisSummary {
+    /// What in the table of a part was taken for what.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<FileLayout>,
     /// The verdict.
     pub verdict: Verdict,
     /// How far it may be relied on.
@@ -54,6 +48,9 @@ pub struct DiagnosisSummary {
     pub locations: Vec<Location>,
     /// What is missing; with the verdict `unknown` what explains part of it.
     pub findings: Vec<FindingReport>,
+    /// What the sizes of the findings follow from configuration to configuration of a part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sizes_follow: Option<ConfigurationSizes>,
     /// Shares of the misfit that all findings explain together.
     #[serde(flatten)]
     pub shares: MisfitShares,
@@ -68,8 +65,10 @@ pub struct DiagnosisSummary {
     pub after: QualityReport,
     /// Physics that was known beforehand: no candidate of the search, its values fitted again.
     pub known_effects: Vec<KnownEffectReport>,
-    /// The factors without and with what was found.
+    /// The factors without and with what was found; none of a part.
     pub factors: Vec<FactorChangeReport>,
+    /// The slope of each configuration of a part.
+    pub slopes: Vec<SlopeReport>,
     /// Readings that their repeats contradict; they never change the verdict's meaning.
     pub data_findings: Vec<DataFindingReport>,
     /// What a table of load cases has wrong as a whole: a unit, a sign, components under the name of each other.
@@ -90,14 +89,17 @@ pub struct DiagnosisSummary {
     pub noise: NoiseReport,
     /// How the level is split between the laws, and the critical values that follow.
     pub levels: SearchLevels,
-    /// Name of the robot.
-    pub robot: String,
+    /// Name of the robot; `null` of a part, as the next two.
+    pub robot: Option<String>,
     /// Name of the mechanism.
-    pub mechanism: String,
+    pub mechanism: Option<String>,
     /// Name of the factors that the search started from.
-    pub start_factors: String,
+    pub start_factors: Option<String>,
     /// Number of readings.
     pub readings: usize,
+    /// Whether a part has no clock, and the order of its readings stands for its history.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order_is_clock: Option<bool>,
     /// Each session, where several were diagnosed together. Their poses are called `session/pose`; `noise` above is that of the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<SessionReport>,
@@ -125,7 +127,7 @@ pub struct FindingReport {
     /// Shares of the misfit that it explains beside the other findings.
     #[serde(flatten)]
     pub shares: MisfitShares,
-    /// What to do by hand at that place, as a clause; `null` where nothing but a measurement helps.
+    /// What to do by hand at that place, as a clause; `null` where nothing but a measurement helps, and of a part.
     pub check: Option<String>,
     /// The line of the robot file that it accuses.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -137,9 +139,15 @@ pub struct FindingReport {
     pub combination: IndexMap<&'static str, FittedParameter>,
     /// Whether its size stands at the bound of what is plausible.
     pub at_bound: bool,
-    /// Largest change of a reading, µm.
-    pub end_effect_um: f64,
-    /// Share of the effect that the factors had absorbed.
+    /// Largest change of a reading, µm; `null` of readings that are no lengths.
+    pub end_effect_um: Option<f64>,
+    /// The same of a part, in the unit of its readings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end_effect: Option<f64>,
+    /// The same of a part, in the SI unit of its readings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end_effect_si: Option<f64>,
+    /// Share of the effect that the factors or slopes had absorbed.
     pub absorbed_share: f64,
     /// Natural logarithm of the Bayes factor against the model without it.
     pub log_bayes_factor: f64,
@@ -170,6 +178,47 @@ pub struct FittedParameter {
     /// Why there is no interval.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
+    /// The same in SI, of a part; as in the file where its table has no units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub si: Option<SiValue>,
+}
+
+/// A value in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SiValue {
+    /// The value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: String,
+    /// 95 % interval in `unit`, of a value that has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// A reading, or what one is off by, in the unit of a table, and in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct TableValue {
+    /// The value in `unit`.
+    pub value: f64,
+    /// Unit of the table.
+    pub unit: String,
+    /// The same in SI; as in the file where the table has no units.
+    pub si: SiValue,
+}
+
+/// The slope of a configuration of a part.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SlopeReport {
+    /// Its name.
+    pub name: String,
+    /// In the straight line.
+    pub before: f64,
+    /// In the final model.
+    pub after: f64,
+    /// Unit of both.
+    pub unit: String,
+    /// The final model's in SI.
+    pub si: SiValue,
 }
 
 /// An end of an interval.
@@ -206,8 +255,8 @@ pub struct UnexplainedReport {
     /// Chance that noise alone shows as much anywhere.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p: f64,
-    /// Largest change of a reading by the pattern, µm.
-    pub size_um: f64,
+    /// Largest change of a reading by the pattern, µm; `null` of readings that are no lengths.
+    pub size_um: Option<f64>,
     /// Length of the pattern in standard errors.
     pub standard_errors: f64,
     /// Share of the misfit that the final model leaves; `null` where the misfit is too small to be divided.
@@ -218,14 +267,17 @@ pub struct UnexplainedReport {
 /// How well a model serves.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct QualityReport {
-    /// Root mean square of the residuals, each gauge zero fitted, µm.
-    pub rms_um: f64,
-    /// The same in percent of the root mean square displacement.
+    /// Root mean square of the residuals, each gauge zero fitted, µm; `null` of readings that are no lengths, as all others in µm.
+    pub rms_um: Option<f64>,
+    /// The same of a part, in the unit of its table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms: Option<TableValue>,
+    /// The same in percent of the root mean square reading.
     pub rms_percent: f64,
-    /// The same by direction.
+    /// The same by direction; empty of a part.
     pub rms_um_by_direction: BTreeMap<Direction, f64>,
     /// Root mean square of the residuals without zero and slope of each run, µm.
-    pub within_runs_rms_um: f64,
+    pub within_runs_rms_um: Option<f64>,
     /// Root mean square in poses left out of the fit, µm; `null` with one pose.
     pub held_out_rms_um: Option<f64>,
     /// The same in percent of the root mean square displacement.
@@ -308,32 +360,14 @@ pub struct RejectedLaw {
     pub reason: String,
 }
 
-impl From<&DiagnosisReport> for DiagnosisResult {
+impl From<&DiagnosisReport> for DiagnosisSummary {
     fn from(report: &DiagnosisReport) -> Self {
-        match &report.subject {
-            Subject::Robot(robot) => Self::Session(Box::new(DiagnosisSummary::new(report, robot))),
-            Subject::Part { units, layout } => {
-                Self::Specimen(Box::new(SpecimenSummary::new(report, (units, layout))))
-            }
-        }
-    }
-}
-
-impl DiagnosisResult {
-    /// The same with the files that were written.
-    #[must_use]
-    pub fn with_files(mut self, written: Vec<PathBuf>) -> Self {
-        let files = match &mut self {
-            Self::Session(one) => &mut one.files,
-            Self::Specimen(one) => &mut one.files,
+        let (robot, part) = match &report.subject {
+            Subject::Robot(robot) => (Some(robot), None),
+            Subject::Part { units, layout } => (None, Some((units, layout))),
         };
-        *files = Some(written);
-        self
-    }
-}
-
-impl DiagnosisSummary {
-    fn new(report: &DiagnosisReport, robot: &RobotSubject) -> Self {
+        let factors = report.factor_changes().filter(|_| robot.is_some());
+        let slopes = (part.iter()).flat_map(|(units, _)| SlopeReport::all(units, report));
         let diagnosis = &report.diagnosis;
         let left = &diagnosis.unexplained;
         let located = &report.located;
@@ -346,25 +380,24 @@ impl DiagnosisSummary {
         // The two drifts share a name.
         without.dedup_by_key(|law| law.name);
         Self {
+            table: part.map(|(_, layout)| layout.clone()),
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
             headline: headline(report),
+            sizes_follow: part.map(|_| diagnosis.sizes),
             shares: diagnosis.shares,
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
             locations: report.locations(),
             findings: (diagnosis.findings.iter())
-                .map(|finding| FindingReport {
-                    file_line: report.file_line(&finding.effect).cloned(),
-                    ..finding.into()
-                })
+                .map(|finding| FindingReport::new(report, finding))
                 .collect(),
             unexplained: UnexplainedReport {
                 stratum: left.stratum,
                 pose: left.pose.clone(),
                 direction: left.direction,
                 p: left.p_family,
-                size_um: micro(left.size_m),
+                size_um: report.subject.micrometres(left.size_m),
                 standard_errors: diagnosis.unexplained_standard_errors,
                 share: diagnosis.shares.share_of_misfit.map(|share| 1.0 - share),
             },
@@ -375,7 +408,8 @@ impl DiagnosisSummary {
                 [r.after_m, r.after_within_run_m]
             }),
             known_effects: (diagnosis.known_effects.iter().map(Into::into)).collect(),
-            factors: report.factor_changes().collect(),
+            factors: factors.collect(),
+            slopes: slopes.collect(),
             data_findings: DataFindingReport::all(report),
             table_mistake: report.table_mistake.clone(),
             strata: Strata {
@@ -391,10 +425,11 @@ impl DiagnosisSummary {
             detection_limits: report.detection_limits(),
             noise: report.into(),
             levels: (&report.critical).into(),
-            robot: robot.robot.clone(),
-            mechanism: robot.mechanism.clone(),
-            start_factors: robot.start_factors.clone(),
+            robot: robot.map(|robot| robot.robot.clone()),
+            mechanism: robot.map(|robot| robot.mechanism.clone()),
+            start_factors: robot.map(|robot| robot.start_factors.clone()),
             readings: report.observations.len(),
+            order_is_clock: part.map(|(units, _)| units.order_is_clock),
             sessions: report.sessions.iter().map(Into::into).collect(),
             without,
             seed: report.seed,
@@ -404,23 +439,26 @@ impl DiagnosisSummary {
     }
 }
 
-impl From<&Finding> for FindingReport {
-    fn from(finding: &Finding) -> Self {
+impl FindingReport {
+    fn new(report: &DiagnosisReport, finding: &Finding) -> Self {
+        let subject = &report.subject;
         let stated = finding.stated();
-        let mut stated =
-            stated.map(|(spec, value)| (spec.name, FittedParameter::of_law(spec, value)));
+        let mut stated = stated.map(|(spec, value)| (spec.name, subject.fitted(spec, value)));
         let parameters = stated.by_ref().take(finding.values.len()).collect();
+        let in_table = subject.in_table(finding.end_effect_m);
         Self {
             law: (&finding.effect).into(),
             kind: finding.effect.law.into(),
             grade: finding.grade,
             shares: finding.shares,
-            check: check(&finding.effect),
-            file_line: None,
+            check: check(&finding.effect).filter(|_| !report.is_of_part()),
+            file_line: report.file_line(&finding.effect).cloned(),
             parameters,
             combination: stated.collect(),
             at_bound: finding.at_bound,
-            end_effect_um: micro(finding.end_effect_m),
+            end_effect_um: subject.micrometres(finding.end_effect_m),
+            end_effect: in_table.as_ref().map(|one| one.value),
+            end_effect_si: in_table.as_ref().map(|one| one.si.value),
             absorbed_share: finding.absorbed_share,
             log_bayes_factor: finding.log_bayes,
             standard_errors: finding.standard_errors,
@@ -428,6 +466,23 @@ impl From<&Finding> for FindingReport {
             rivals: finding.rivals.iter().map(Into::into).collect(),
             alternative_group: finding.alternative_group,
         }
+    }
+}
+
+impl SlopeReport {
+    fn all(units: &PartUnits, report: &DiagnosisReport) -> impl Iterator<Item = Self> {
+        let unit = units.of_slope();
+        report.diagnosis.factors.iter().map(move |slope| Self {
+            name: slope.name.clone(),
+            before: unit.in_table(slope.before.value),
+            after: unit.in_table(slope.after.value),
+            si: SiValue {
+                value: slope.after.value,
+                unit: unit.si_name.clone(),
+                ci95: slope.after.interval_95(),
+            },
+            unit: unit.name.clone(),
+        })
     }
 }
 
@@ -474,6 +529,7 @@ impl FittedParameter {
             ci95,
             open_ends: Vec::new(),
             reason: ci95.is_none().then_some(why_none),
+            si: None,
         }
     }
 }
@@ -507,18 +563,21 @@ impl QualityReport {
         quality: &Quality,
         residuals: impl Fn(&ReadingTrace) -> [f64; 2],
     ) -> Self {
-        let by_direction = report.directions().map(|direction| {
+        let micrometres = |reading: f64| report.subject.micrometres(reading);
+        let directions = report.directions().filter(|_| !report.is_of_part());
+        let by_direction = directions.map(|direction| {
             let [rms_m, _] = report.rms_m(&residuals, Some(direction));
             (direction, micro(rms_m))
         });
         let [_, within_runs_m] = report.rms_m(&residuals, None);
         let percent = |rms_m: f64| 100.0 * rms_m / report.trace.displacement_rms_m;
         Self {
-            rms_um: micro(quality.rms_m),
+            rms_um: micrometres(quality.rms_m),
+            rms: report.subject.in_table(quality.rms_m),
             rms_percent: percent(quality.rms_m),
             rms_um_by_direction: by_direction.collect(),
-            within_runs_rms_um: micro(within_runs_m),
-            held_out_rms_um: quality.held_out_rms_m.map(micro),
+            within_runs_rms_um: micrometres(within_runs_m),
+            held_out_rms_um: quality.held_out_rms_m.and_then(micrometres),
             held_out_rms_percent: quality.held_out_rms_m.map(percent),
             noise_units: quality.reduced_chi2.sqrt(),
             held_out_noise_units: quality.held_out_noise_units,

@@ -4,10 +4,10 @@ use crate::analysis::{DiagnosisReport, Subject};
 use crate::mismatch::{EstimatedValue, PartUnit};
 use crate::physics::{Dimension, ParameterSpec};
 use crate::plot::{AxisQuantity, Quantities};
-use crate::report::text::{significant, unit_behind};
+use crate::report::text::{micro, significant, unit_behind};
 
 use super::FittedParameter;
-use super::summary::STEPPED;
+use super::summary::{STEPPED, SiValue, TableValue};
 
 impl Subject {
     /// What a reading shows, or is off by, with its unit: of a robot in µm.
@@ -16,6 +16,31 @@ impl Subject {
             Self::Robot(_) => um(si),
             Self::Part { units, .. } => in_unit(&units.of_answer(), si),
         }
+    }
+
+    /// A reading, or what one is off by, in µm; `None` of readings that are no lengths.
+    pub(super) fn micrometres(&self, si: f64) -> Option<f64> {
+        match self {
+            Self::Part { units, .. } if units.of_answer().si_name != "m" => None,
+            _ => Some(micro(si)),
+        }
+    }
+
+    /// The same in the unit of a part's table.
+    pub(super) fn in_table(&self, si: f64) -> Option<TableValue> {
+        let Self::Part { units, .. } = self else {
+            return None;
+        };
+        let unit = units.of_answer();
+        Some(TableValue {
+            value: unit.in_table(si),
+            unit: unit.name,
+            si: SiValue {
+                value: si,
+                unit: unit.si_name,
+                ci95: None,
+            },
+        })
     }
 
     /// SI units in one of the readings' unit, and its name.
@@ -60,15 +85,31 @@ impl Subject {
         spec: &ParameterSpec,
         value: &EstimatedValue,
     ) -> FittedParameter {
-        let (si, unit) = match self {
+        let Self::Part { units, .. } = self else {
+            return FittedParameter::of_law(spec, value);
+        };
+        let unit = units.of(spec);
+        let (own, interval) = (unit.in_table(value.value), value.interval_95());
+        let scaled = interval.map(|ends| ends.map(|end| unit.in_table(end)));
+        FittedParameter {
+            si: Some(SiValue {
+                value: value.value,
+                unit: unit.si_name,
+                ci95: interval,
+            }),
+            ..FittedParameter::new(own, unit.name, scaled, STEPPED).with_open_ends(value)
+        }
+    }
+
+    /// SI units in the unit that files have of a parameter, and the unit: of a robot SI.
+    pub(super) fn stored(&self, spec: &ParameterSpec) -> (f64, String) {
+        match self {
             Self::Robot(_) => (1.0, spec.unit().to_owned()),
             Self::Part { units, .. } => {
                 let unit = units.of(spec);
                 (unit.si_per_unit, unit.name)
             }
-        };
-        let interval = value.interval_95().map(|ends| ends.map(|end| end / si));
-        FittedParameter::new(value.value / si, unit, interval, STEPPED).with_open_ends(value)
+        }
     }
 
     /// What was fitted without any law.

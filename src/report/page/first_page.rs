@@ -7,7 +7,7 @@ use jiff::civil::Date;
 use crate::count::counted;
 use crate::fit::StatusWord;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::{DiagnosisResult, significant};
+use crate::report::significant;
 use crate::stiffness::Method;
 
 use super::error::ReportError;
@@ -182,10 +182,7 @@ impl ReportPage {
 
     /// Why the diagnosis has a fit of its own, where it ends elsewhere.
     fn two_fits(&self, fit: &PageFit) -> Option<String> {
-        let DiagnosisResult::Session(diagnosis) = &self.diagnosis.as_ref()?.numbers else {
-            return None;
-        };
-        let factors = diagnosis.factors.iter();
+        let factors = self.diagnosis.as_ref()?.numbers.factors.iter();
         let differences = factors.filter_map(|factor| {
             let mut own = fit.numbers.parameters.iter();
             let own = own.find(|own| own.name == factor.name && own.status == StatusWord::Free)?;

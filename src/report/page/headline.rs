@@ -11,8 +11,7 @@ use crate::physics::{LawKind, PlaceKind};
 use crate::report::fit::{joint_words, tool_words};
 use crate::report::fit_report::stiffness_unit;
 use crate::report::{
-    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, ParameterReport,
-    significant,
+    Determination, DiagnosisSummary, FactorChangeReport, ParameterReport, significant,
 };
 
 use super::results::PageCell;
@@ -103,11 +102,7 @@ impl ReportPage {
                 .into_iter()
                 .collect();
         };
-        let findings = match &diagnosis.numbers {
-            DiagnosisResult::Session(summary) => &summary.findings[..],
-            DiagnosisResult::Specimen(_) => &[],
-        };
-        let checks = findings.iter();
+        let checks = diagnosis.numbers.findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
         let planned = self.fit.iter().flat_map(|fit| &fit.numbers.next);
@@ -183,12 +178,9 @@ fn validation(fit: &PageFit) -> Option<String> {
 }
 
 /// A diagnosis that names what is missing, if it can be relied on: what is named beside an open question, or weakly, is none.
-fn named(diagnosis: &DiagnosisResult) -> Option<&DiagnosisSummary> {
-    let DiagnosisResult::Session(one) = diagnosis else {
-        return None;
-    };
+fn named(one: &DiagnosisSummary) -> Option<&DiagnosisSummary> {
     let is_named = matches!(one.grade, VerdictGrade::Is | VerdictGrade::Mostly);
-    (is_named && !one.findings.is_empty()).then_some(&**one)
+    (is_named && !one.findings.is_empty()).then_some(one)
 }
 
 /// A parameter as the headline states it if it is a spring.
@@ -274,10 +266,7 @@ fn springs<'r>(parameters: impl Iterator<Item = SpringLine<'r>>, with: &str) -> 
 }
 
 /// Sizes at which laws of joints and base would have been found, from the best to the worst place; `None` where something was found.
-fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
-    let DiagnosisResult::Session(one) = diagnosis else {
-        return None;
-    };
+fn limit(one: &DiagnosisSummary) -> Option<String> {
     if one.verdict != Verdict::NothingMissing {
         return None;
     }
@@ -325,7 +314,7 @@ fn limit_words((best, worst, law, untested): (f64, f64, &str, usize)) -> String 
 }
 
 /// What is named against the model without it, in poses that neither was fitted to.
-fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
+fn improvement(diagnosis: &DiagnosisSummary) -> Option<String> {
     let one = named(diagnosis)?;
     let (before, after) = (
         one.before.held_out_rms_percent?,

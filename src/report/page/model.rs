@@ -7,7 +7,7 @@ use stiffbench_document::Document;
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, DiagnosisResult, FitReport, ProposedProcedures, diagnosis_page, micro,
+    ComparisonReport, DiagnosisSummary, FitReport, ProposedProcedures, diagnosis_page, micro,
     significant,
 };
 
@@ -50,7 +50,7 @@ pub struct PageDiagnosis {
     /// What is missing, where, how sure, what to do next.
     pub text: Document,
     /// All numbers.
-    pub numbers: DiagnosisResult,
+    pub numbers: DiagnosisSummary,
 }
 
 /// The comparison of two sessions.

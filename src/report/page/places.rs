@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use crate::report::{DiagnosisResult, significant};
+use crate::report::significant;
 
 use super::PageDiagnosis;
 use super::session::PageEntry;
@@ -20,9 +20,7 @@ struct LawPlaces {
 
 /// Each law with its places in words; none of a part.
 pub(super) fn places(diagnosis: &PageDiagnosis) -> Vec<PageEntry> {
-    let DiagnosisResult::Session(one) = &diagnosis.numbers else {
-        return Vec::new();
-    };
+    let one = &diagnosis.numbers;
     let mut laws: IndexMap<&str, LawPlaces> = IndexMap::new();
     for limit in &one.detection_limits {
         let law = laws.entry(limit.physics.row).or_default();
