@@ -155,6 +155,7 @@ fn doubt(cells: &[PageCell]) -> Option<String> {
     let reason = first.reason.as_deref().unwrap_or_default();
     let others = match doubtful().count() - 1 {
         0 => String::new(),
+        1 => " So is one other: the results name it.".to_owned(),
         others => format!(" So are {others} others: the results name them."),
     };
     Some(format!(

@@ -157,7 +157,7 @@ pub enum Flag {
     },
     /// The repeats refute the straight line whose slope the stiffness is.
     #[error(
-        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.3e}, p < 0.01). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.1}, p < 0.01). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
         half(&.halves[0]), half(&.halves[1]), .dof[0], .dof[1]
     )]
     NotStraight {
