@@ -3,6 +3,7 @@
 //! A number is never searched for inside a packet. Fields are tried in order, longer before shorter; a dead end goes back to the field before.
 //! What was tried in vain at one place is remembered, so the time is at most the product of fields, bytes and alternatives.
 
+use super::check_sum::CheckSum;
 use super::description::{ReplyMeaning, Trouble};
 use super::integer::IntegerShape;
 use super::number::NumberShape;
@@ -59,7 +60,7 @@ pub(super) enum PacketField {
     Any { set: CharacterSet, count: Count },
     /// Texts for plus and for minus, the longest first.
     Sign(Vec<(Vec<u8>, bool)>),
-    /// A digit, at most this, that gives how many decimals the next number has.
+    /// A digit, at most this, that gives how many decimals the number beside it has.
     Point { most: u8 },
     /// A decimal number.
     Number(NumberShape),
@@ -74,6 +75,8 @@ pub(super) enum PacketField {
     UnitPlace { most: u8 },
     /// One of several texts, the longest first.
     Choice(Vec<(Vec<u8>, ChoiceWord)>),
+    /// A check sum of the bytes before it.
+    CheckSum(CheckSum),
 }
 
 /// How many characters, least and most.
@@ -147,8 +150,27 @@ pub(super) struct Matched<'a> {
 impl FieldPattern {
     /// The fields of a packet, or `None` if it is not covered exactly.
     pub(super) fn matches<'a>(&'a self, packet: &'a [u8]) -> Option<Vec<Matched<'a>>> {
+        self.covered(packet, true)
+    }
+
+    /// The check sum that a packet carries and the one that its bytes have, where nothing but these differs.
+    pub(super) fn wrong_sum(&self, packet: &[u8]) -> Option<[i64; 2]> {
+        let mut before = 0;
+        for matched in self.covered(packet, false)? {
+            if let PacketField::CheckSum(sum) = matched.field {
+                return Some([sum.sent(matched.bytes)?, sum.of(&packet[..before])]);
+            }
+            before += matched.bytes.len();
+        }
+        None
+    }
+
+    /// # Arguments
+    /// - `sums_count`: whether check sums must be right.
+    fn covered<'a>(&'a self, packet: &'a [u8], sums_count: bool) -> Option<Vec<Matched<'a>>> {
         let mut attempt = Attempt {
             fields: &self.fields,
+            sums_count,
             packet,
             dead: vec![false; (self.fields.len() + 1) * (packet.len() + 1)],
             taken: Vec::with_capacity(self.fields.len()),
@@ -187,6 +209,7 @@ impl FieldPattern {
 /// A packet while it is tried.
 struct Attempt<'a> {
     fields: &'a [PacketField],
+    sums_count: bool,
     packet: &'a [u8],
     /// By field and byte: tried in vain.
     dead: Vec<bool>,
@@ -205,7 +228,7 @@ impl Attempt<'_> {
             return false;
         }
         let packet = self.packet;
-        for (length, alternative) in next.ways(&packet[at..]) {
+        for (length, alternative) in next.ways(packet, at, self.sums_count) {
             self.taken.push(Matched {
                 field: next,
                 bytes: &packet[at..at + length],
@@ -222,8 +245,14 @@ impl Attempt<'_> {
 }
 
 impl PacketField {
-    /// The lengths that this field can take at the start of `rest`, in order of preference, each with its alternative.
-    fn ways(&self, rest: &[u8]) -> Vec<(usize, usize)> {
+    /// Whether it is the number of a packet, or of one of two quantities.
+    pub(super) fn is_number(&self) -> bool {
+        matches!(self, Self::Number(_) | Self::Integer(_))
+    }
+
+    /// The lengths that this field can take from `at` on, in order of preference, each with its alternative.
+    fn ways(&self, packet: &[u8], at: usize, sums_count: bool) -> Vec<(usize, usize)> {
+        let rest = &packet[at..];
         match self {
             Self::Literal(bytes) => one_if(rest.starts_with(bytes), bytes.len()),
             Self::Any { set, count } => {
@@ -249,8 +278,24 @@ impl PacketField {
                 ways
             }
             Self::Choice(texts) => starting(texts, rest),
+            Self::CheckSum(sum) => {
+                let fits = |sent| !sums_count || sent == sum.of(&packet[..at]);
+                one_if(sum.sent(rest).is_some_and(fits), sum.shape.width)
+            }
         }
     }
+}
+
+/// The number, by its place among the fields of a packet, that a sign or a point at a place belongs to: the next one, or the last where no
+/// other follows.
+pub(super) fn number_of<'f>(
+    fields: impl DoubleEndedIterator<Item = &'f PacketField> + ExactSizeIterator,
+    place: usize,
+) -> Option<usize> {
+    let numbers = fields.enumerate().filter(|(_, field)| field.is_number());
+    let places: Vec<usize> = numbers.map(|(number, _)| number).collect();
+    let behind = places.iter().find(|number| **number > place);
+    behind.or(places.last()).copied()
 }
 
 impl Count {

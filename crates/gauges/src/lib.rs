@@ -4,6 +4,7 @@
 //! line. Ports and the live engine move bytes and give each its time. [`Gauges`] is what a session sees: live ports, pseudo-terminals,
 //! recorded traces and mock devices all look the same from there.
 
+mod check_sum;
 mod decode;
 pub mod description;
 pub mod driver;
@@ -30,11 +31,11 @@ pub mod trace;
 mod units;
 mod write;
 
+pub use check_sum::modbus_crc;
 pub use decode::{Decoded, Decoder, DecoderError, Meaning, Reply, raw_text};
 pub use description::{
     CommandEffect, CommandRole, DescriptionError, DescriptionStatus, Expect, Flow, GaugeCommand,
     InstrumentDescription, LineSettings, ModemLines, Parity, Timing,
 };
 pub use gauges::{Ask, GaugeEvent, Gauges, LinkState};
-pub use registers::modbus_crc;
 pub use sample::{Channel, Mark, Rejected, Sample};

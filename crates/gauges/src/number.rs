@@ -19,6 +19,8 @@ pub(super) struct NumberShape {
     pub(super) leading_blanks: bool,
     /// A comma may stand for the point.
     pub(super) comma: bool,
+    /// The last digit is sent first.
+    pub(super) reversed: bool,
     /// What it measures and in which unit, where that is not what the gauge does.
     pub(super) other: Option<(Channel, String)>,
 }
@@ -63,7 +65,13 @@ impl NumberShape {
     /// The number in bytes that fit.
     pub(super) fn read(&self, bytes: &[u8], point_digit: Option<u8>) -> Digits {
         let (mut mantissa, mut behind) = (0_u64, None);
-        for byte in bytes {
+        for place in 0..bytes.len() {
+            let place = if self.reversed {
+                bytes.len() - 1 - place
+            } else {
+                place
+            };
+            let byte = bytes[place];
             match byte {
                 b'0'..=b'9' => {
                     mantissa = mantissa * 10 + u64::from(byte - b'0');
@@ -109,6 +117,7 @@ mod tests {
             decimals: 2,
             leading_blanks: true,
             comma: false,
+            reversed: false,
             other: None,
         }
     }
@@ -176,6 +185,11 @@ mod tests {
         assert_eq!(read("12.", None), digits(12, 0));
         assert_eq!(read("1234", None), digits(1234, 2));
         assert_eq!(read("1234", Some(3)), digits(1234, 3));
+        let reversed = NumberShape {
+            reversed: true,
+            ..shape()
+        };
+        assert_eq!(reversed.read(b"503.21", None), digits(12305, 3));
         assert_eq!(digits(12305, 3).value(), 12.305);
         assert_eq!(digits(12305, 3).step(), 0.001);
         assert_eq!(digits(5, 0).step(), 1.0);

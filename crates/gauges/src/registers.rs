@@ -1,25 +1,11 @@
-//! Modbus RTU: check sums, replies, and the number in the registers.
+//! Modbus RTU: replies, and the number in the registers.
 //!
 //! # Source
 //! MODBUS over Serial Line, Specification and Implementation Guide V1.02, sections 2.5.1 and 6.2.2 (check sum); MODBUS Application Protocol
 //! V1.1b3, sections 6.3, 6.4 and 7 (replies, exceptions).
 
+use super::check_sum::modbus_crc;
 use super::description::RegisterFormat;
-
-/// Check sum of a packet: CRC-16 with the polynomial 0xA001 (reflected 0x8005), start 0xFFFF; sent low byte first.
-#[must_use]
-pub fn modbus_crc(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0xFFFF, |crc, byte| {
-        let mixed = crc ^ u16::from(*byte);
-        (0..8).fold(mixed, |crc, _| {
-            if crc & 1 == 1 {
-                (crc >> 1) ^ 0xA001
-            } else {
-                crc >> 1
-            }
-        })
-    })
-}
 
 /// Whether the last two bytes are the check sum of those before.
 pub(super) fn is_intact(packet: &[u8]) -> bool {

@@ -1,11 +1,15 @@
 //! Packets written by the patterns that read them: for gauges that are emulated from their description, and to try a description out.
 
 #[cfg(feature = "emulator")]
+use super::check_sum::modbus_crc;
+#[cfg(feature = "emulator")]
 use super::description::RegisterFormat;
-use super::grammar::{CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord};
+use super::grammar::{
+    CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord, number_of,
+};
 use super::number::{MOST_DIGITS, NumberShape};
 #[cfg(feature = "emulator")]
-use super::registers::{Registers, modbus_crc};
+use super::registers::Registers;
 use super::sample::Mark;
 
 /// What a packet has to express.
@@ -66,14 +70,18 @@ impl FieldPattern {
     /// A packet of this pattern; `None` if it has no room for the number or no word for the unit.
     pub(super) fn write(&self, said: &PacketContent<'_>) -> Option<Vec<u8>> {
         let mut packet = Vec::new();
-        let mut decimals = said.decimals;
         let mut list = said.list;
         let has_sign = self
             .fields
             .iter()
             .any(|field| matches!(field, PacketField::Sign(_)));
         for (place, field) in self.fields.iter().enumerate() {
-            let value = self.value_at(place, said);
+            let number = if field.is_number() {
+                Some(place)
+            } else {
+                number_of(self.fields.iter(), place)
+            };
+            let value = self.value_at(number, said);
             match field {
                 PacketField::Literal(bytes) => packet.extend_from_slice(bytes),
                 PacketField::Any { set, count } => {
@@ -88,18 +96,13 @@ impl FieldPattern {
                     let (text, _) = texts.iter().find(|(_, minus)| *minus == negative)?;
                     packet.extend_from_slice(text);
                 }
-                PacketField::Point { most } => {
-                    decimals = decimals.min(*most);
-                    packet.push(b'0' + decimals);
-                }
+                PacketField::Point { most } => packet.push(b'0' + said.decimals.min(*most)),
                 PacketField::Number(shape) if has_sign || value >= 0.0 => {
-                    let before = place
-                        .checked_sub(1)
-                        .and_then(|before| self.fields.get(before));
-                    let has_point = matches!(before, Some(PacketField::Point { .. }));
-                    let fixed = shape.most_points == 0 && !has_point;
-                    let decimals = if fixed { shape.decimals } else { decimals };
-                    packet.extend(shape.write(value.abs(), decimals, has_point)?);
+                    let told = self.decimals_told(place, said.decimals);
+                    let fixed = shape.most_points == 0 && told.is_none();
+                    let open = told.unwrap_or(said.decimals);
+                    let decimals = if fixed { shape.decimals } else { open };
+                    packet.extend(shape.write(value.abs(), decimals, told.is_some())?);
                 }
                 PacketField::Number(_) => return None,
                 PacketField::Integer(shape) => {
@@ -116,20 +119,30 @@ impl FieldPattern {
                 }
                 PacketField::UnitPlace { most } => packet.push(b'0' + said.unit_place.min(*most)),
                 PacketField::Choice(texts) => packet.extend_from_slice(chosen(texts, said.state)?),
+                PacketField::CheckSum(sum) => packet.extend(sum.write(&packet)?),
             }
         }
         Some(packet)
     }
 
-    /// The value of the next number from a field on: a quantity other than the gauge's own is left out.
-    fn value_at(&self, place: usize, said: &PacketContent<'_>) -> f64 {
-        let mut rest = self.fields[place..].iter();
-        let next =
-            rest.find(|field| matches!(field, PacketField::Number(_) | PacketField::Integer(_)));
-        match next {
+    /// The value of the number at a place: a quantity other than the gauge's own is left out.
+    fn value_at(&self, number: Option<usize>, said: &PacketContent<'_>) -> f64 {
+        match number.map(|place| &self.fields[place]) {
             Some(PacketField::Number(shape)) if shape.other.is_some() => 0.0,
             _ => said.value,
         }
+    }
+
+    /// The decimals that a digit of the packet states of the number at a place, of so many that are wanted.
+    fn decimals_told(&self, number: usize, wanted: u8) -> Option<u8> {
+        let fields = self.fields.iter().enumerate();
+        let told = fields.filter_map(|(place, field)| match field {
+            PacketField::Point { most } if number_of(self.fields.iter(), place) == Some(number) => {
+                Some(wanted.min(*most))
+            }
+            _ => None,
+        });
+        told.min()
     }
 }
 
@@ -181,7 +194,11 @@ impl NumberShape {
             if text.len() <= self.most && digits <= MOST_DIGITS {
                 let fill = if self.leading_blanks { " " } else { "0" };
                 let missing = self.least.saturating_sub(text.len());
-                return Some((fill.repeat(missing) + &text).into_bytes());
+                let mut bytes = (fill.repeat(missing) + &text).into_bytes();
+                if self.reversed {
+                    bytes.reverse();
+                }
+                return Some(bytes);
             }
             if !may_shorten || decimals == 0 {
                 return None;

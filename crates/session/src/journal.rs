@@ -301,7 +301,7 @@ fn read_line(line: &[u8]) -> Result<Record, Damage> {
         .filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()))
         .and_then(|digits| u32::from_str_radix(digits, 16).ok())
         .ok_or(Damage::NotSealed)?;
-    let made = crc32c::crc32c(body);
+    let made = checksum(body);
     if found != made {
         return Err(Damage::Checksum { found, made });
     }
@@ -310,6 +310,13 @@ fn read_line(line: &[u8]) -> Result<Record, Damage> {
     serde_json::from_slice(&object).map_err(|error| Damage::NotUnderstood {
         what: error.to_string(),
     })
+}
+
+/// The checksum of a line, CRC-32C (Castagnoli).
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    const CASTAGNOLI: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISCSI);
+    CASTAGNOLI.checksum(bytes)
 }
 
 /// The line of a record, line break included.
@@ -321,7 +328,7 @@ pub fn write_line(record: &Record) -> Result<Vec<u8>, JournalError> {
     let mut line = serde_json::to_vec(record).map_err(|error| not_writable(error.to_string()))?;
     // The closing brace comes behind the checksum.
     line.pop();
-    let crc = crc32c::crc32c(&line);
+    let crc = checksum(&line);
     line.extend_from_slice(format!(",\"crc\":\"{crc:08x}\"}}\n").as_bytes());
     match read_line(&line[..line.len() - 1]) {
         Ok(back) if back == *record => Ok(line),

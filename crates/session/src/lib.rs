@@ -42,7 +42,7 @@ pub use folder::{FolderError, ReadFolder, SessionFolder, read_folder, recover, t
 pub use inside::{append_inside, inside, read_inside};
 pub use integrity::{Difference, Integrity, integrity};
 pub use journal::{
-    Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,
+    Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, checksum, read_journal,
     write_line, write_lines,
 };
 pub use lock::{FolderHolder, folder_holder, host};

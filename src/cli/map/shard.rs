@@ -5,6 +5,7 @@
 //! whole.
 
 use crate::analysis::{AnalysisError, ReadError};
+use crate::session::checksum;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -136,7 +137,7 @@ fn bytes(job: &MapJob, poses: &PoseSample, maps: &[StiffnessMap]) -> Result<Vec<
             bytes.extend(value.to_le_bytes());
         }
     }
-    bytes.extend(crc32c::crc32c(&bytes).to_le_bytes());
+    bytes.extend(checksum(&bytes).to_le_bytes());
     Ok(bytes)
 }
 
@@ -162,7 +163,7 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
     if !content.starts_with(b"{") {
         return Err(damaged("it does not begin as one").into());
     }
-    if crc32c::crc32c(content) != u32::from_le_bytes(*checksum) {
+    if checksum(content) != u32::from_le_bytes(*checksum) {
         return Err(damaged("its checksum is not that of its content").into());
     }
     let end = content.iter().position(|&byte| byte == b'\n');

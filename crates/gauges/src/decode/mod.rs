@@ -350,6 +350,15 @@ impl Decoder {
 }
 
 impl InstrumentDescription {
+    /// The check sum of a packet with a value, and that of its bytes, where nothing else is wrong with it.
+    fn wrong_sum(&self, packet: &[u8]) -> Option<[i64; 2]> {
+        let mut values = self.grammar.values.iter();
+        values.find_map(|value| match value {
+            ValuePacket::Text(pattern) => pattern.wrong_sum(packet),
+            ValuePacket::Registers(_) => None,
+        })
+    }
+
     /// Whether bytes are a packet with a value in fields.
     fn covers_value(&self, packet: &[u8]) -> bool {
         let mut values = self.grammar.values.iter();

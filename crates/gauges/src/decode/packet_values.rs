@@ -1,6 +1,6 @@
 //! Decodes the fields of a matched packet.
 
-use crate::grammar::{ChoiceWord, Matched, PacketField, UnitWord};
+use crate::grammar::{ChoiceWord, Matched, PacketField, UnitWord, number_of};
 use crate::sample::{Channel, Mark};
 
 use super::reply::raw_text;
@@ -60,33 +60,46 @@ impl PacketNumber {
 /// The decoded fields of a packet.
 pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
     let mut values = PacketValues::default();
-    let (mut negative, mut point_digit) = (false, None);
-    for matched in fields {
+    // What stands beside a number and belongs to it.
+    let beside = |number: usize| {
+        let (mut negative, mut point_digit) = (false, None);
+        for (place, matched) in fields.iter().enumerate() {
+            let belongs = || number_of(fields.iter().map(|one| one.field), place) == Some(number);
+            match matched.field {
+                PacketField::Sign(texts) if belongs() => {
+                    let text = texts.get(matched.alternative);
+                    negative = text.is_some_and(|(_, minus)| *minus);
+                }
+                PacketField::Point { .. } if belongs() => {
+                    point_digit = matched.bytes.first().map(|digit| digit - b'0');
+                }
+                _ => {}
+            }
+        }
+        (negative, point_digit)
+    };
+    for (place, matched) in fields.iter().enumerate() {
         match matched.field {
-            PacketField::Literal(_) | PacketField::Any { .. } => {}
-            PacketField::Sign(texts) => {
-                negative = texts
-                    .get(matched.alternative)
-                    .is_some_and(|(_, minus)| *minus);
-            }
-            PacketField::Point { .. } => {
-                point_digit = matched.bytes.first().map(|digit| digit - b'0');
-            }
+            PacketField::Literal(_)
+            | PacketField::Any { .. }
+            | PacketField::Sign(_)
+            | PacketField::Point { .. }
+            | PacketField::CheckSum(_) => {}
             PacketField::Number(shape) => {
+                let (negative, point_digit) = beside(place);
                 let digits = shape.read(matched.bytes, point_digit);
                 let (size, decimals) = (digits.value(), Some(digits.decimals));
                 values.numbers.push(PacketNumber {
                     other: shape.other.clone(),
                     ..PacketNumber::new(negative, size, digits.step(), decimals)
                 });
-                (negative, point_digit) = (false, None);
             }
             PacketField::Integer(shape) => {
+                let (negative, _) = beside(place);
                 let size = shape.value(shape.counts(matched.bytes).unwrap_or_default());
                 values
                     .numbers
                     .push(PacketNumber::new(negative, size, shape.step(), None));
-                (negative, point_digit) = (false, None);
             }
             PacketField::Unit { codes, .. } => match codes.get(matched.alternative) {
                 Some((_, UnitWord::Unit(unit))) => values.unit = PacketUnit::Known(unit.clone()),

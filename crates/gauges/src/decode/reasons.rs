@@ -38,7 +38,11 @@ pub(super) fn unknown_packet(bytes: &[u8], description: &InstrumentDescription) 
         return seven_bit_even();
     }
     let name = &description.name;
-    if with_point(bytes).is_some_and(|packet| description.covers_value(&packet)) {
+    if let Some([sent, own]) = description.wrong_sum(bytes) {
+        format!(
+            "the check sum is {sent:X}, and that of the bytes is {own:X} (hexadecimal): the packet was damaged on the line, or check_sum is not that of {name}"
+        )
+    } else if with_point(bytes).is_some_and(|packet| description.covers_value(&packet)) {
         format!("a decimal comma: set `comma = true` for the number in the description of {name}")
     } else if bytes.iter().all(|byte| matches!(byte, 0x20..=0x7e)) {
         format!("not a packet of {name}: garbled, or from another gauge")

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use crate::Mark;
 
 use super::file::NamedTexts;
-use super::keywords::{Measured, RegisterFormat};
+use super::keywords::{CheckSumKind, Measured, RegisterFormat};
 
 /// One field of a packet: a table with one of these keys.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -21,9 +21,9 @@ pub(super) enum FieldEntry {
     Blanks(Vec<usize>),
     /// Characters that mean nothing here.
     Any(AnyField),
-    /// The sign of the number behind it.
+    /// The sign of the number behind it; where no number follows, of the one before.
     Sign(SignField),
-    /// A digit that gives how many decimals the number behind it has.
+    /// A digit that gives how many decimals the number behind it has; where no number follows, the one before.
     Point(PointField),
     /// The number, in decimal digits.
     Number(NumberField),
@@ -37,6 +37,8 @@ pub(super) enum FieldEntry {
     UnitPlace(UnitPlaceField),
     /// One of several texts: mode, judgement, tolerance, status.
     Choice(ChoiceField),
+    /// A check sum of the bytes before it: a packet with another one is rejected.
+    CheckSum(CheckSumField),
 }
 
 /// Characters that mean nothing here.
@@ -48,7 +50,7 @@ pub(super) struct AnyField {
     pub(super) of: Option<String>,
 }
 
-/// The sign of the number behind it.
+/// The sign of the number behind it, or before it where none follows.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub(super) struct SignField {
     /// Texts for plus; "" where a plus is not sent.
@@ -57,7 +59,7 @@ pub(super) struct SignField {
     pub(super) minus: Vec<String>,
 }
 
-/// A digit that gives how many decimals the number behind it has.
+/// A digit that gives how many decimals the number behind it has, or the one before it where none follows.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub(super) struct PointField {
     /// Largest digit that may stand there.
@@ -81,6 +83,9 @@ pub(super) struct NumberField {
     /// A comma may stand for the point.
     #[serde(default)]
     pub(super) comma: bool,
+    /// The last digit is sent first.
+    #[serde(default)]
+    pub(super) reversed: bool,
     /// What the number measures where that is not what the gauge does, in a packet of two numbers; a session passes it over.
     pub(super) measures: Option<Measured>,
     /// Its unit then.
@@ -105,8 +110,11 @@ pub(super) struct HexField {
     pub(super) scale: Option<f64>,
 }
 
+/// The digits of a hexadecimal number.
+pub(super) const HEXADECIMAL_DIGITS: &str = "0123456789ABCDEF";
+
 fn hexadecimal() -> String {
-    "0123456789ABCDEF".to_owned()
+    HEXADECIMAL_DIGITS.to_owned()
 }
 
 /// An integer in bytes.
@@ -138,6 +146,20 @@ pub(super) enum ByteOrder {
     LowFirst,
 }
 
+/// A check sum of the bytes before it.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct CheckSumField {
+    /// How it is worked out.
+    pub(super) kind: CheckSumKind,
+    /// First byte of the packet that it covers, from 0; start marks are counted.
+    #[serde(default)]
+    pub(super) from: usize,
+    /// Which byte comes first where it is sent in bytes; in hexadecimal digits if absent.
+    pub(super) bytes: Option<ByteOrder>,
+    /// Characters of the hexadecimal digits from 0 to 15, letters in either case; 0 to F if absent.
+    pub(super) digits: Option<String>,
+}
+
 /// Where the point of a number is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -147,7 +169,7 @@ pub(super) enum PointPlace {
     /// None or one stands among the digits.
     #[default]
     Optional,
-    /// None is sent: `decimals`, or a point field before the number, states where it is.
+    /// None is sent: `decimals`, or a point field beside the number, states where it is.
     None,
 }
 

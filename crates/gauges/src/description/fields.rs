@@ -3,13 +3,16 @@
 use std::fmt::Display;
 
 use crate::Channel;
-use crate::grammar::{CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord};
+use crate::check_sum::CheckSum;
+use crate::grammar::{
+    CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord, number_of,
+};
 use crate::integer::{IntegerCoding, IntegerShape};
 use crate::number::{MOST_DIGITS, NumberShape};
 
 use super::entries::{
-    BlankPlace, ByteOrder, ChoiceField, FieldEntry, HexField, IntegerField, NumberField,
-    PointPlace, SignField, UnitField,
+    BlankPlace, ByteOrder, CheckSumField, ChoiceField, FieldEntry, HEXADECIMAL_DIGITS, HexField,
+    IntegerField, NumberField, PointPlace, SignField, UnitField,
 };
 use super::parse::{EntryPath, Misplaced, key_of};
 use super::problem::DescriptionProblem;
@@ -82,7 +85,31 @@ pub(super) fn value_pattern(
         let found = format!("fields with {} numbers", numbers[0] + numbers[1]);
         return Err(value(within(path, "fields"), found, expected));
     }
+    for (place, entry) in pattern.fields.iter().enumerate() {
+        if let PacketField::Point { most } = entry {
+            let at = within(&within(&within(path, "fields"), place), "point");
+            points_at_digits(&pattern, (place, *most), at)?;
+        }
+    }
     Ok(pattern)
+}
+
+/// That a digit for the point has an effect: on a number of decimal digits that sends no point and has no decimals of its own.
+fn points_at_digits(
+    pattern: &FieldPattern,
+    (place, most): (usize, u8),
+    at: Vec<EntryPath>,
+) -> Result<(), Misplaced> {
+    let number = number_of(pattern.fields.iter(), place).map(|number| &pattern.fields[number]);
+    match number {
+        Some(PacketField::Number(shape)) if shape.least_points == 0 && shape.decimals == 0 => {
+            Ok(())
+        }
+        _ => {
+            let expected = "a `number` beside it that has neither `point = \"in-place\"` nor `decimals`: it has no effect on another one";
+            Err(value(at, format!("{{ most = {most} }}"), expected))
+        }
+    }
 }
 
 fn field(
@@ -122,6 +149,7 @@ fn field(
             Err(value(path, place.most, "a digit, 0 to 9"))
         }
         FieldEntry::Choice(choice) => choice_field(choice, within(path, "choice")),
+        FieldEntry::CheckSum(sum) => check_sum_field(sum, &within(path, "check_sum")),
     }
 }
 
@@ -192,6 +220,14 @@ fn number_field(
         PointPlace::Optional => (0, 1),
         PointPlace::None => (0, 0),
     };
+    if number.comma && number.point == PointPlace::None {
+        let expected = "false (leave it out) where no point is sent";
+        return Err(value(within(path, "comma"), number.comma, expected));
+    }
+    if number.reversed && number.blanks == BlankPlace::Leading {
+        let expected = "none (leave it out) where the last digit is sent first; `blanks` are a field of their own";
+        return Err(value(within(path, "blanks"), "leading", expected));
+    }
     Ok(PacketField::Number(NumberShape {
         least: count.least,
         most: count.most,
@@ -200,6 +236,7 @@ fn number_field(
         decimals: number.decimals,
         leading_blanks: number.blanks == BlankPlace::Leading,
         comma: number.comma,
+        reversed: number.reversed,
         other: other_quantity(number, path, context)?,
     }))
 }
@@ -226,19 +263,9 @@ fn other_quantity(
 }
 
 fn hex_field(hex: &HexField, path: &[EntryPath]) -> Result<PacketField, Misplaced> {
-    let digits = hex.digits.as_bytes();
-    let alone = |(place, digit): (usize, &u8)| !digits[..place].contains(digit);
-    let Ok(sixteen) = <[u8; 16]>::try_from(digits) else {
-        let expected = "sixteen characters, those of the digits 0 to 15";
-        return Err(value(within(path, "digits"), &hex.digits, expected));
-    };
-    if !digits.iter().enumerate().all(alone) {
-        let expected = "sixteen different characters";
-        return Err(value(within(path, "digits"), &hex.digits, expected));
-    }
     integer(
         IntegerShape {
-            coding: IntegerCoding::Hexadecimal(sixteen),
+            coding: hexadecimal(&hex.digits, path)?,
             width: hex.count,
             signed: hex.signed,
             decimals: hex.decimals,
@@ -247,6 +274,51 @@ fn hex_field(hex: &HexField, path: &[EntryPath]) -> Result<PacketField, Misplace
         "count",
         path,
     )
+}
+
+/// Sixteen characters as digits.
+fn hexadecimal(written: &str, path: &[EntryPath]) -> Result<IntegerCoding, Misplaced> {
+    let digits = written.as_bytes();
+    let alone = |(place, digit): (usize, &u8)| !digits[..place].contains(digit);
+    let Ok(sixteen) = <[u8; 16]>::try_from(digits) else {
+        let expected = "sixteen characters, those of the digits 0 to 15";
+        return Err(value(within(path, "digits"), written, expected));
+    };
+    if !digits.iter().enumerate().all(alone) {
+        let expected = "sixteen different characters";
+        return Err(value(within(path, "digits"), written, expected));
+    }
+    Ok(IntegerCoding::Hexadecimal(sixteen))
+}
+
+fn check_sum_field(sum: &CheckSumField, path: &[EntryPath]) -> Result<PacketField, Misplaced> {
+    let coding = match (sum.bytes, &sum.digits) {
+        (Some(_), Some(digits)) => {
+            let expected = "absent where the check sum is sent in bytes";
+            return Err(value(within(path, "digits"), digits, expected));
+        }
+        (Some(ByteOrder::HighFirst), None) => IntegerCoding::HighByteFirst,
+        (Some(ByteOrder::LowFirst), None) => IntegerCoding::LowByteFirst,
+        (None, digits) => {
+            let digits = digits.as_deref().unwrap_or(HEXADECIMAL_DIGITS);
+            hexadecimal(digits, path)?
+        }
+    };
+    if sum.from >= LONGEST_PACKET {
+        let expected = format!("less than {LONGEST_PACKET}");
+        return Err(value(within(path, "from"), sum.from, &expected));
+    }
+    Ok(PacketField::CheckSum(CheckSum {
+        kind: sum.kind,
+        from: sum.from,
+        shape: IntegerShape {
+            width: sum.kind.width() * 8 / coding.bits(),
+            coding,
+            signed: false,
+            decimals: 0,
+            scale: 1.0,
+        },
+    }))
 }
 
 fn integer_field(entry: &IntegerField, path: &[EntryPath]) -> Result<PacketField, Misplaced> {

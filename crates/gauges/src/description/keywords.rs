@@ -114,6 +114,29 @@ pub enum ReplyMeaning {
     Text,
 }
 
+/// How a check sum is worked out from the bytes that it covers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CheckSumKind {
+    /// Exclusive or of all bytes.
+    Xor,
+    /// Their sum, lowest 8 bits.
+    Sum,
+    /// The ones' complement of that sum.
+    SumOnesComplement,
+    /// Its two's complement: with it the sum is 0.
+    SumTwosComplement,
+    /// CRC-16/MODBUS.
+    #[serde(rename = "crc-16-modbus")]
+    Crc16Modbus,
+    /// CRC-16/XMODEM: polynomial 0x1021, start 0.
+    #[serde(rename = "crc-16-xmodem")]
+    Crc16Xmodem,
+    /// CRC-16/IBM-3740, known as CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
+    #[serde(rename = "crc-16-ccitt-false")]
+    Crc16CcittFalse,
+}
+
 /// How a number is written in Modbus registers of 16 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -27,7 +27,7 @@ use super::units::Units;
 pub use commands::{CommandEffect, CommandRole, Commands, Expect, GaugeCommand};
 pub use file::{SCHEMA, json_schema};
 pub use keywords::{
-    DescriptionStatus, RegisterFormat, ReplyMeaning, SignMeaning, Trouble, UnitSource,
+    CheckSumKind, DescriptionStatus, RegisterFormat, ReplyMeaning, SignMeaning, Trouble, UnitSource,
 };
 pub use problem::{DescriptionError, DescriptionProblem};
 

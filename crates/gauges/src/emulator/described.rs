@@ -3,12 +3,13 @@
 //! It behaves as described and no more. Where the real gauge differs, the description is wrong, and this gauge shares the
 //! mistake: it rehearses a session, and proves nothing about decoding.
 
+use crate::check_sum::modbus_crc;
 use crate::description::{
     CommandRole, Expect, GaugeCommand, InstrumentDescription, ReplyMeaning, Trouble,
 };
 use crate::framing::FramingKind;
 use crate::grammar::ValuePacket;
-use crate::registers::{is_intact, modbus_crc};
+use crate::registers::is_intact;
 use crate::write::{PacketContent, WrittenState};
 
 use super::meter::Meter;
