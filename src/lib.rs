@@ -46,5 +46,5 @@ pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;
 pub use stiffbench_simulation as bench;
 pub use stiffbench_units_and_text::{
-    clock, count, load_direction, nearest, quantity, source_text, test_point, toml_text,
+    clock, count, digits, load_direction, nearest, quantity, source_text, test_point, toml_text,
 };

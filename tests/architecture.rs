@@ -22,6 +22,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/numeric/src", "least_squares", &["statistics", "simd"]),
     ("crates/units-and-text/src", "clock", &[]),
     ("crates/units-and-text/src", "count", &[]),
+    ("crates/units-and-text/src", "digits", &[]),
     ("crates/units-and-text/src", "nearest", &[]),
     ("crates/units-and-text/src", "source_text", &[]),
     ("crates/units-and-text/src", "quantity", &[]),

@@ -233,7 +233,7 @@ fn what_is_odd_is_found() {
     assert!(found.contains("are lengths in mm taken for m?"), "{found}");
     let found = odd(serial, "P1_deg = [0, 0,", "P1_deg = [0, 200,");
     assert!(
-        found.contains("pose P1 lies 8.000e1 degrees beyond the limit J2 <= 120"),
+        found.contains("pose P1 lies 80.0 degrees beyond the limit J2 <= 120"),
         "{found}"
     );
     let found = odd(

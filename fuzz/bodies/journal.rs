@@ -1,5 +1,5 @@
 //! Any bytes as a journal: no panic, the fold of what is read is a state, and what is read survives being written.
-use stiffbench::session::{JournalEnd, SessionState, read_journal, table, write_lines};
+use stiffbench::session::{JournalEnd, SessionState, checksum, read_journal, table, write_lines};
 
 /// Tries some bytes.
 pub(crate) fn run(bytes: &[u8]) {
@@ -7,8 +7,7 @@ pub(crate) fn run(bytes: &[u8]) {
     let mut sealed = Vec::new();
     for line in bytes.split(|byte| *byte == b'\n') {
         sealed.extend_from_slice(line);
-        sealed
-            .extend_from_slice(format!(",\"crc\":\"{:08x}\"}}\n", crc32c::crc32c(line)).as_bytes());
+        sealed.extend_from_slice(format!(",\"crc\":\"{:08x}\"}}\n", checksum(line)).as_bytes());
     }
     for bytes in [bytes, &sealed] {
         let read = read_journal(bytes);

@@ -1,5 +1,6 @@
 //! Results that are no error and hardly meant: each with its number and the likely cause.
 
+use crate::digits::significant;
 use crate::fit::FitOutcome;
 use crate::fit::{PosedLoad, PosedLoadCases, ReadComponent};
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -55,8 +56,8 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
     let size = median.abs();
     if !(STIFFNESS_N_PER_M[0]..=STIFFNESS_N_PER_M[1]).contains(&size) {
         odd.push(format!(
-            "the stiffness of the middle cell is {:.3e} N/um, and robots have {} to {}: {}",
-            size * METRES_PER_MICROMETRE,
+            "the stiffness of the middle cell is {} N/um, and robots have {} to {}: {}",
+            significant(size * METRES_PER_MICROMETRE, 4),
             STIFFNESS_N_PER_M[0] * METRES_PER_MICROMETRE,
             STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE,
             guessed_units(size)
@@ -201,10 +202,10 @@ fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
         let place = case.map_or_else(String::new, |(case, _)| place(case));
         let guess = guessed_units(stiffness);
         odd.push(format!(
-            "{place}: force over displacement is {:.3e} N/um, and about that in the other lines; expected {:e} to {:e}: {guess} The name of a column states its unit",
-            stiffness * METRES_PER_MICROMETRE,
-            low * METRES_PER_MICROMETRE,
-            high * METRES_PER_MICROMETRE
+            "{place}: force over displacement is {} N/um, and about that in the other lines; expected {} to {}: {guess} The name of a column states its unit",
+            significant(stiffness * METRES_PER_MICROMETRE, 4),
+            significant(low * METRES_PER_MICROMETRE, 1),
+            significant(high * METRES_PER_MICROMETRE, 1)
         ));
     }
     let far = compliances
@@ -278,9 +279,9 @@ pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &FitOutcome) -> V
             )
         });
         odd.push(format!(
-            "{} has {:.3e} N*m/rad, joints of robots {low} to {high:e}: check the units of forces and displacements{place}",
+            "{} has {} N*m/rad, joints of robots {low} to {high:e}: check the units of forces and displacements{place}",
             one.name,
-            1.0 / one.value
+            significant(1.0 / one.value, 4)
         ));
     }
     let read = fit.components.iter();

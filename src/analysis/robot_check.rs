@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::digits::significant;
 use crate::load_cases::VectorQuantity;
 use crate::robot::{ModelParameter, Pose, Predictor, Robot, RobotError, RoleInFit, SpringDefault};
 use crate::source_text::SourceText;
@@ -173,8 +174,9 @@ impl RobotCheck {
     fn look_at_pose(&mut self, robot: &Robot, source: &SourceText, name: &str, pose: &Pose) {
         for violation in robot.violated_limits(pose) {
             self.findings.push(format!(
-                "pose {name} lies {:.3e} degrees beyond the limit {}",
-                violation.excess_deg, violation.limit
+                "pose {name} lies {} degrees beyond the limit {}",
+                significant(violation.excess_deg, 3),
+                violation.limit
             ));
         }
         for point in robot.crossed_loops(pose).unwrap_or_default() {

@@ -3,6 +3,7 @@
 use clap::{Args, value_parser};
 
 use crate::analysis::ArgumentError;
+use crate::digits::significant;
 use crate::fit::PoseRules;
 use crate::robot::{Pose, Robot};
 use crate::test_point::PoseId;
@@ -91,8 +92,9 @@ pub(super) fn limits_passed(robot: &Robot, pose: &Pose) -> Vec<String> {
     violated
         .map(|violation| {
             format!(
-                "the pose lies {:.3e} degrees beyond the limit {}",
-                violation.excess_deg, violation.limit
+                "the pose lies {} degrees beyond the limit {}",
+                significant(violation.excess_deg, 3),
+                violation.limit
             )
         })
         .collect()

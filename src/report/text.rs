@@ -1,5 +1,6 @@
 //! Numbers and intervals as printed.
 
+pub use crate::digits::significant;
 use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::stiffness::format_value_uncertainty;
@@ -76,24 +77,6 @@ pub(crate) fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
 }
 
-/// A number with so many significant digits, plain where that is short, in powers of ten where not.
-#[must_use]
-pub fn significant(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "-".to_owned();
-    }
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = value.abs().log10().floor() as i32;
-    if (-5..digits.max(6) as i32).contains(&exponent) {
-        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.*e}", digits.saturating_sub(1))
-    }
-}
-
 /// An interval in words.
 #[must_use]
 pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
@@ -119,18 +102,5 @@ pub(super) fn share_of_tables(share: f64) -> String {
         "fewer than 0.01 %".to_owned()
     } else {
         format!("{:.2} %", 100.0 * share)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits() {
-        assert_eq!(significant(0.004_857_3, 4), "0.004857");
-        assert_eq!(significant(-1234.5, 3), "-1234");
-        assert_eq!(significant(1.5e-9, 3), "1.50e-9");
-        assert_eq!(significant(f64::NAN, 3), "-");
     }
 }

@@ -14,6 +14,7 @@ mod export;
 mod failures;
 mod files;
 mod fit;
+mod forms;
 mod help;
 mod import;
 mod imported_sessions;

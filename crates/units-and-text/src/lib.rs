@@ -7,11 +7,13 @@
 //! - [`source_text`]: texts whose errors have places;
 //! - [`toml_text`]: TOML with the place of every key and value;
 //! - [`count`]: counts in words;
+//! - [`digits`]: numbers with so many digits;
 //! - [`nearest`]: the name that was meant;
 //! - [`clock`]: time, which a test can make its own.
 
 pub mod clock;
 pub mod count;
+pub mod digits;
 pub mod load_direction;
 pub mod nearest;
 pub mod quantity;

@@ -157,13 +157,13 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
         path: path.to_owned(),
         problem: problem.to_owned(),
     };
-    let (content, checksum) = bytes
+    let (content, stored) = bytes
         .split_last_chunk::<4>()
         .ok_or_else(|| damaged("it is empty or nearly so"))?;
     if !content.starts_with(b"{") {
         return Err(damaged("it does not begin as one").into());
     }
-    if checksum(content) != u32::from_le_bytes(*checksum) {
+    if checksum(content) != u32::from_le_bytes(*stored) {
         return Err(damaged("its checksum is not that of its content").into());
     }
     let end = content.iter().position(|&byte| byte == b'\n');

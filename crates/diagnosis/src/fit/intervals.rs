@@ -5,6 +5,7 @@ use stiffbench_numeric::least_squares::{
     LikelihoodSetSettings, LowerMinimum, ParameterCovariance, ParameterSet, ParameterStatus,
     ProfileEnd, ProfileSettings, SigmaMode, covariance, minima, minimise, spread,
 };
+use stiffbench_units_and_text::digits::significant;
 
 use super::error::FitError;
 use super::joint::JointProblem;
@@ -315,8 +316,14 @@ pub(crate) fn covariance_if_any(
 /// - `note`: words behind.
 fn open_words(ends: [Option<f64>; 2], note: &str) -> String {
     match ends {
-        [Some(lower), None] => format!("the data only bound it from below: {lower:.3e}{note}"),
-        [None, Some(upper)] => format!("the data only bound it from above: {upper:.3e}{note}"),
+        [Some(lower), None] => format!(
+            "the data only bound it from below: {}{note}",
+            significant(lower, 4)
+        ),
+        [None, Some(upper)] => format!(
+            "the data only bound it from above: {}{note}",
+            significant(upper, 4)
+        ),
         _ => format!("every value within its bounds fits as well{note}"),
     }
 }

@@ -14,6 +14,7 @@ use stiffbench_numeric::least_squares::{
     Bound, ParameterCovariance, ParameterEstimate, ParameterSet, ParameterStatus, SigmaMode,
 };
 use stiffbench_numeric::statistics::root_mean_square;
+use stiffbench_units_and_text::digits::significant;
 use stiffbench_units_and_text::quantity::{METRES_PER_MICROMETRE, in_micrometres};
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
@@ -282,19 +283,7 @@ impl FactorEstimate {
 
 /// The ends of an interval with four digits, in powers of ten where that is shorter.
 fn interval_words(ends: [f64; 2]) -> String {
-    let words = |end: f64| {
-        let exponent = if end == 0.0 {
-            0.0
-        } else {
-            end.abs().log10().floor()
-        };
-        if (-4.0..6.0).contains(&exponent) {
-            format!("{end:.*}", (3.0 - exponent).max(0.0) as usize)
-        } else {
-            format!("{end:.3e}")
-        }
-    };
-    let [low, high] = ends.map(words);
+    let [low, high] = ends.map(|end| significant(end, 4));
     format!("{low} to {high}")
 }
 
