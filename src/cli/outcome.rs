@@ -50,10 +50,10 @@ pub struct Outcome {
 impl Outcome {
     /// A result without notes.
     #[must_use]
-    pub fn new(kind: &'static str, text: String, data: impl Serialize) -> Self {
+    pub fn new(kind: &'static str, text: impl Into<String>, data: impl Serialize) -> Self {
         Self {
             kind,
-            text,
+            text: text.into(),
             data: serde_json::to_value(data).unwrap_or_default(),
             ..Self::default()
         }

@@ -56,7 +56,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
         .with_list(&file, &sha256(&text))
         .with_list(&name, &sha256(&bytes));
     let notes = table.assumptions.iter().map(ToString::to_string).collect();
-    let text = report.text();
+    let text = report.document();
     Ok(Outcome::new("prediction", text, report)
         .with_inputs(inputs)
         .with_warnings(notes)

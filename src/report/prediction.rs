@@ -1,11 +1,9 @@
 //! What the model of a part predicts for a table.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::table_of;
+use stiffbench_document::Document;
 
 use crate::mismatch::PartModel;
 use crate::readings::escape_formula;
@@ -115,31 +113,30 @@ impl PredictionReport {
 
     /// In words.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let number = |value: f64| significant(value, 5);
-        let mut text = format!(
-            "{} predicted, ± {} (95 %, from {} left out of the fit; the zero of a run is not included).\n",
+        let mut document = Document::new();
+        document.paragraph(format!(
+            "{} predicted, ± {} (95 %, from {} left out of the fit; the zero of a run is not included).",
             counted(self.rows.len(), "reading"),
             number(self.band) + &unit_behind(&self.answer_unit),
             counted(self.band_readings, "reading")
-        );
+        ));
         if self.beyond_range > 0 {
             let [low, high] = self.range.map(number);
-            let _ = writeln!(
-                text,
+            document.paragraph(format!(
                 "Outside the range of the fit, {low} to {high}{}: {}; the band is not known there.",
                 unit_behind(&self.driver_unit),
                 counted(self.beyond_range, "row")
-            );
+            ));
         }
         if self.runs.is_empty() {
-            text.push_str("The table has no measured values to compare with.\n");
-            return text;
+            document.paragraph("The table has no measured values to compare with.");
+            return document;
         }
         let head = |what: &str| with_unit(what, &self.answer_unit);
         let (zero, rms) = (head("zero"), head("rms about it"));
-        text.push('\n');
-        text + &table_of(
+        document.rows(
             &self.runs,
             &[
                 ("run", &|run| run.run.clone()),
@@ -151,8 +148,8 @@ impl PredictionReport {
                     format!("{:.0} %", 100.0 * run.within_band)
                 }),
             ],
-        )
-        .text()
+        );
+        document
     }
 
     /// As a table: comma, point, one row a reading, units in the names of the columns.

@@ -5,7 +5,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A table of text cells; the first column is left-aligned, the others right-aligned.
+/// A table of text cells; columns with numbers are right-aligned, but for the first.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Table {
     /// Its column heads.
@@ -36,10 +36,11 @@ impl Table {
         table.load_style(ASCII_MARKDOWN);
         table.set_header(self.head.iter().map(|head| in_one_cell(head)));
         for (place, column) in table.column_iter_mut().enumerate() {
-            column.set_cell_alignment(if place == 0 {
-                CellAlignment::Left
-            } else {
+            let mut cells = self.rows.iter().filter_map(|row| row.get(place));
+            column.set_cell_alignment(if place > 0 && cells.any(|cell| is_number(cell)) {
                 CellAlignment::Right
+            } else {
+                CellAlignment::Left
             });
         }
         for row in &self.rows {
@@ -68,6 +69,12 @@ pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, 
         table.row(columns.iter().map(|(_, cell)| cell(&row)));
     }
     table
+}
+
+/// Whether a cell begins as a number does.
+fn is_number(cell: &str) -> bool {
+    let digits = cell.trim_start().trim_start_matches(['-', '+', '.', '(']);
+    digits.starts_with(|c: char| c.is_ascii_digit() || c == '∞')
 }
 
 /// A text as a cell: no bar in it ends the cell, and no line the row.

@@ -6,7 +6,8 @@ use crate::{Document, DocumentBlock};
 const WIDTH: usize = 100;
 
 impl Document {
-    /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and before a list.
+    /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and between
+    /// a paragraph and its list, pairs or lines.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -18,6 +19,8 @@ impl Document {
                     | (
                         Some(DocumentBlock::Paragraph { .. }),
                         DocumentBlock::List { .. }
+                            | DocumentBlock::Pairs { .. }
+                            | DocumentBlock::Lines { .. }
                     )
             );
             if last.is_some() && !goes_on {
@@ -39,10 +42,31 @@ impl Document {
                         text.push('\n');
                     }
                 }
+                DocumentBlock::Pairs { pairs } => {
+                    let names = pairs.iter().map(|(name, _)| name.chars().count());
+                    let indent = names.max().unwrap_or_default() + 2;
+                    for (name, value) in pairs {
+                        let first = format!("{name:<indent$}");
+                        text.push_str(&wrapped(value, WIDTH, &first, &" ".repeat(indent)));
+                        text.push('\n');
+                    }
+                }
+                DocumentBlock::Lines { lines } => {
+                    for line in lines {
+                        text.push_str(line);
+                        text.push('\n');
+                    }
+                }
                 DocumentBlock::Table(table) => text.push_str(&table.text()),
             }
         }
         text
+    }
+}
+
+impl From<Document> for String {
+    fn from(document: Document) -> Self {
+        document.text()
     }
 }
 

@@ -11,6 +11,8 @@ mod shard;
 
 use std::path::Path;
 
+use stiffbench_document::Document;
+
 use crate::distribution::{PoseSample, Shard, StiffnessMap, StudyPoses};
 use crate::physics::ActingPhysics;
 use crate::robot::Robot;
@@ -92,9 +94,9 @@ fn finish(
     let mut report = job.report(robot, &physics, &poses, maps)?;
     report.cell = figures.cell;
     let inputs = job.inputs(robot);
-    let (text, data) = (report.text(), report.summary());
+    let (text, data) = (report.document(), report.summary());
     let written = match out {
-        Some(folder) => write_all(folder, &report, figures, (&text, &data, &inputs))?,
+        Some(folder) => write_all(folder, &report, figures, (&text.text(), &data, &inputs))?,
         None => Vec::new(),
     };
     Ok(Outcome::new("map", text, data)
@@ -115,19 +117,20 @@ fn one_shard(
     let maps = maps_of(job, &robot, (&physics, &poses), global)?;
     let path = folder.join(format!("{}-of-{}.map-shard", share.index + 1, share.count));
     shard::write(&path, job, &poses, &maps)?;
-    let text = format!(
-        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER\n",
+    let mut document = Document::new();
+    document.lines(format!(
+        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER",
         path.display(),
         poses.len(),
         poses.whole,
         maps.len(),
         folder.display()
-    );
+    ));
     let report = ShardReport {
         shard: format!("{}/{}", share.index + 1, share.count),
         file: path,
         poses: poses.len(),
         of: poses.whole,
     };
-    Ok(Outcome::new("map-shard", text, report).with_inputs(job.inputs(&robot)))
+    Ok(Outcome::new("map-shard", document, report).with_inputs(job.inputs(&robot)))
 }
