@@ -10,7 +10,7 @@ use serde::Serialize;
 
 pub use table::{Table, TextColumn, table_of};
 pub use terminal::wrapped;
-pub use units::{in_ascii, sign_of};
+pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -144,26 +144,6 @@ impl Document {
                 DocumentBlock::Lines { lines } => self.lines(lines.join("\n")),
                 block => self.blocks.push(block),
             }
-        }
-    }
-
-    /// With each text changed.
-    #[must_use]
-    pub fn map_texts(self, change: impl Fn(&str) -> String) -> Self {
-        let all = |texts: Vec<String>| texts.iter().map(|text| change(text)).collect();
-        let blocks = self.blocks.into_iter().map(|block| match block {
-            DocumentBlock::Heading { text } => DocumentBlock::Heading {
-                text: change(&text),
-            },
-            DocumentBlock::Paragraph { text } => DocumentBlock::Paragraph {
-                text: change(&text),
-            },
-            DocumentBlock::List { items } => DocumentBlock::List { items: all(items) },
-            DocumentBlock::Table(table) => DocumentBlock::Table(table.map_texts(all)),
-            other => other,
-        });
-        Self {
-            blocks: blocks.collect(),
         }
     }
 }

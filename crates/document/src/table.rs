@@ -48,14 +48,6 @@ impl Table {
         }
         format!("{table}\n")
     }
-
-    /// With all heads, and all cells of each row, changed.
-    pub(crate) fn map_texts(self, change: impl Fn(Vec<String>) -> Vec<String>) -> Self {
-        Self {
-            head: change(self.head),
-            rows: self.rows.into_iter().map(change).collect(),
-        }
-    }
 }
 
 /// A column of a table: its head, and what it shows of a row.

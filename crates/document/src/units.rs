@@ -12,6 +12,12 @@ pub fn sign_of(unit: &str) -> String {
     words.replace('*', "·")
 }
 
+/// A text whose units are in ASCII, as programs read them; its other signs stay.
+#[must_use]
+pub fn ascii_units(text: &str) -> String {
+    text.replace('µ', "u").replace('·', "*")
+}
+
 /// A text with plain ASCII for the signs of this program. Words of others stay as they are.
 #[must_use]
 pub fn in_ascii(text: &str) -> String {

@@ -247,7 +247,7 @@ fn zero_text(zero: &Zeroed) -> String {
     };
     let drifts: Vec<String> = drifts
         .iter()
-        .map(|m| format!("{:.1} µm", m * 1e6))
+        .map(|m| format!("{:.1} um", m * 1e6))
         .collect();
     let drift = match drifts.join(", ") {
         none if none.is_empty() => none,

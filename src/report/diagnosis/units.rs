@@ -137,8 +137,8 @@ fn um(value_m: f64) -> String {
 /// The same of a length in µm.
 pub(super) fn um_shown(value: f64) -> String {
     if value.abs() >= 99.95 {
-        format!("{value:.0} um")
+        format!("{value:.0} µm")
     } else {
-        format!("{value:.1} um")
+        format!("{value:.1} µm")
     }
 }
