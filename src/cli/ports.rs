@@ -211,8 +211,7 @@ fn bind(
     let port_name = binding
         .port()
         .map_or_else(String::new, |port| port.to_string());
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let document = Document::of(format!(
         "the {bound} gauge is {} on {port_name}; written to {}",
         binding.instrument,
         args.bindings.display()

@@ -4,7 +4,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, fixed_physics};
 use crate::fit::{Scope, significance};
-use crate::report::{SignificanceReport, physics_document};
+use crate::report::{BESIDE_BEAMS, SignificanceReport, physics_document};
 use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
@@ -48,9 +48,8 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         &further,
     )?;
     let data = SignificanceReport::from(&found);
-    let mut document = Document::new();
-    document.paragraph(format!("Pose {pose}"));
-    document.append(physics_document(&resolved.physics.effects));
+    let mut document = Document::of(format!("Pose {pose}"));
+    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
     document.append(data.document());
     Ok(Outcome::new("significance", document, data)
         .with_inputs(Inputs::default().with_model(&resolved))

@@ -15,7 +15,7 @@ use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader, WrittenRows, write_rows};
-use crate::report::{SimulationReport, TrackerReport, physics_document};
+use crate::report::{BESIDE_BEAMS, SimulationReport, TrackerReport, physics_document};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
@@ -83,9 +83,8 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         write(&args.out.join(name), bytes)?;
     }
     let folder = args.out.display();
-    let mut document = Document::new();
-    document.paragraph(format!("{folder}: {what}, seed {}", args.seed));
-    document.append(physics_document(&resolved.physics.effects));
+    let mut document = Document::of(format!("{folder}: {what}, seed {}", args.seed));
+    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
     document.paragraph(format!(
         "{time}session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written."
     ));

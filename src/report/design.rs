@@ -13,8 +13,7 @@ const ROWS: usize = 40;
 /// What a procedure can and cannot show, as tables.
 #[must_use]
 pub fn design_document(report: &DesignReport) -> Document {
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Procedure {}: {}, about {}. What it would show, with a dial gauge of 10 µm read to 6 µm:",
         report.procedure,
         counted(report.readings, "reading"),

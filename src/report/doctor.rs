@@ -90,16 +90,23 @@ impl DoctorReport {
     /// The checks in words.
     #[must_use]
     pub fn document(&self) -> Document {
+        let state = |check: &&CheckReport| match check.state {
+            CheckState::Ok => "ok".to_owned(),
+            CheckState::Warning => "warning".to_owned(),
+            CheckState::Failed => "FAILED".to_owned(),
+        };
         let mut document = Document::new();
+        document.rows(
+            &self.checks,
+            &[
+                ("state", &state),
+                ("check", &|check| check.name.clone()),
+                ("found", &|check| check.found.clone()),
+            ],
+        );
         for check in &self.checks {
-            let state = match check.state {
-                CheckState::Ok => "ok",
-                CheckState::Warning => "warning",
-                CheckState::Failed => "FAILED",
-            };
-            document.pair(state, format!("{}: {}", check.name, check.found));
             if let Some(remedy) = &check.remedy {
-                document.pair("", format!("-> {remedy}"));
+                document.item(format!("{}: {remedy}", check.name));
             }
         }
         document.paragraph(format!(

@@ -85,16 +85,15 @@ impl TopicReport {
             (TopicKind::Error, Some(exit)) => format!(", exit code {exit}"),
             _ => String::new(),
         };
-        let mut document = Document::new();
-        document.paragraph(format!("{kind} {}{exit}", self.name));
+        let mut document = Document::of(format!("{kind} {}{exit}", self.name));
         document.paragraph(&self.cause);
         for form in &self.forms {
             document.paragraph(&form.name);
-            document.pair("  equation", &form.equation);
-            document.pair("  place", &form.place);
+            document.pair("equation", &form.equation);
+            document.pair("place", &form.place);
             let parameters = form.parameters.join("; ");
             let none = parameters.is_empty().then(|| "none".to_owned());
-            document.pair("  parameters", none.unwrap_or(parameters));
+            document.pair("parameters", none.unwrap_or(parameters));
         }
         document.paragraph(format!("What to do: {}", self.remedy));
         document.paragraph("Example:");

@@ -10,9 +10,9 @@ use crate::test_point::PoseId;
 
 use super::correlation::correlations;
 use super::fit_report::{FitReport, FittedCellReport, FramesReport, ParameterReport};
+use super::robot::physics_document;
 use super::text::{digits, interval, micro, or_dash, p_text, significant, unit_behind};
 use crate::count::{counted, degrees_of_freedom};
-use crate::physics::Effect;
 
 /// Probabilities below this are a finding.
 const UNLIKELY: f64 = 0.01;
@@ -40,8 +40,7 @@ impl FitReport {
 }
 
 fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Mechanism {}, {}, {}.",
         fit.mechanism,
         method_words(fit),
@@ -66,7 +65,10 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
     for mark in &fit.marked {
         document.item(mark_words(mark));
     }
-    document.append(held_fixed(&fit.physics));
+    document.append(physics_document(
+        "Physics beside the beams, held fixed:",
+        &fit.physics,
+    ));
     document.append(parameter_tables(&fit.parameters));
     if let Some(drawn) = &fit.bootstrap {
         document.paragraph(format!(
@@ -99,18 +101,6 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
     }
     for warning in &outcome.warnings {
         document.paragraph(format!("note: {warning}"));
-    }
-    document
-}
-
-/// What acts beside the linear structure; empty without effects.
-fn held_fixed(physics: &[Effect]) -> Document {
-    let mut document = Document::new();
-    if !physics.is_empty() {
-        document.paragraph("Physics beside the beams, held fixed:");
-        for effect in physics {
-            document.item(effect.to_string());
-        }
     }
     document
 }
@@ -405,8 +395,7 @@ fn agreement_sentences(fit: &FitReport) -> Vec<String> {
 
 /// Planned load cases with what they do for the parameters.
 fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Document {
-    let mut document = Document::new();
-    document.paragraph(
+    let mut document = Document::of(
         "Next load cases that would best determine the open parameters (standard errors now and after each):",
     );
     for next in planned {
@@ -591,8 +580,7 @@ fn frames_table(fitted: &FramesReport) -> Document {
         frames.tool_point_mm,
     ];
     let unit = |unit: &str| if unit == "urad" { "deg" } else { "mm" }.to_owned();
-    let mut document = Document::new();
-    document.paragraph(
+    let mut document = Document::of(
         "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:",
     );
     document.rows(
@@ -643,8 +631,7 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
         (true, _) => "fitted factors 1",
         (false, false) => "fitted springs without compliance, fitted factors 1",
     };
-    let mut document = Document::new();
-    document.paragraph(format!("Root mean square error of the {what}:"));
+    let mut document = Document::of(format!("Root mean square error of the {what}:"));
     document.rows(
         rows,
         &[

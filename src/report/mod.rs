@@ -82,7 +82,7 @@ pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
-    ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
+    BESIDE_BEAMS, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
     OutermostPoint, RobotReport, WorkspaceReport, physics_document, robot_check_document,
 };
 pub use robot_pose::{pose_drawing, robot_figure, with_equal_views};

@@ -242,8 +242,7 @@ impl ModelComparison {
 
     /// The comparison for people.
     pub(super) fn document(&self) -> Document {
-        let mut document = Document::new();
-        document.paragraph("Models of the same cells; the smallest AICc is best:");
+        let mut document = Document::of("Models of the same cells; the smallest AICc is best:");
         document.rows(
             &self.models,
             &[

@@ -116,8 +116,7 @@ impl RobotReport {
     /// The same for people.
     #[must_use]
     pub fn document(&self) -> Document {
-        let mut document = Document::new();
-        document.paragraph(format!(
+        let mut document = Document::of(format!(
             "{} bodies, {} joints, {} nodes, {} elements, {} rigid links, {} springs, {} sections, end node {}, supports {}.",
             self.bodies,
             self.joints,
@@ -288,7 +287,7 @@ impl ComplianceReport {
             rows.row(std::iter::once((*name).to_owned()).chain(entries));
         }
         let stiffness = |i: usize| stiffness_words(self.compliance[i][i], &|k| significant(k, 5));
-        let mut document = physics_document(&self.physics);
+        let mut document = physics_document(BESIDE_BEAMS, &self.physics);
         document.table(rows);
         document.paragraph(format!(
             "{}. Stiffness along x, y, z: {} N/µm.",
@@ -299,12 +298,15 @@ impl ComplianceReport {
     }
 }
 
-/// The effects beside the beams; empty without effects.
+/// How effects act in a robot without a fit.
+pub const BESIDE_BEAMS: &str = "Physics beside the beams:";
+
+/// Effects under a sentence that says how they act; empty without effects.
 #[must_use]
-pub fn physics_document(effects: &[Effect]) -> Document {
+pub fn physics_document(sentence: &str, effects: &[Effect]) -> Document {
     let mut document = Document::new();
     if !effects.is_empty() {
-        document.paragraph("Physics beside the beams:");
+        document.paragraph(sentence);
     }
     for effect in effects {
         document.item(effect.to_string());
@@ -370,8 +372,10 @@ pub fn robot_check_document(check: &RobotCheck) -> Document {
         ));
     }
     if !check.free_springs.is_empty() {
-        document.paragraph("Columns of a table of load cases for `fit`:");
-        document.lines(check.load_case_columns.join(","));
+        document.lines(format!(
+            "Columns of a table of load cases for `fit`: {}",
+            check.load_case_columns.join(",")
+        ));
     }
     document.paragraph(if check.findings.is_empty() {
         "No problems found."
@@ -423,8 +427,7 @@ impl NewRobotReport {
     /// What there is, and what comes next.
     #[must_use]
     pub fn document(&self) -> Document {
-        let mut document = Document::new();
-        document.paragraph(format!(
+        let mut document = Document::of(format!(
             "{}: {}, {} joints ({}), poses {}.",
             self.file,
             self.name,

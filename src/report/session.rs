@@ -117,8 +117,7 @@ pub fn best_poses_document(best: &BestPoses) -> Document {
     for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
         poses.row([named.id.to_string(), tool_words(*tool_m)]);
     }
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Poses that best determine the parameters, of {} candidates:",
         best.tried
     ));

@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use table::{Table, TextColumn, table_of};
-pub use terminal::wrapped;
 pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.
@@ -57,6 +56,14 @@ impl Document {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A document that begins with a paragraph.
+    #[must_use]
+    pub fn of(paragraph: impl Into<String>) -> Self {
+        let mut document = Self::new();
+        document.paragraph(paragraph);
+        document
     }
 
     /// A document that begins with a heading.

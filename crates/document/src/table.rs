@@ -36,8 +36,7 @@ impl Table {
         table.load_style(ASCII_MARKDOWN);
         table.set_header(self.head.iter().map(|head| in_one_cell(head)));
         for (place, column) in table.column_iter_mut().enumerate() {
-            let mut cells = self.rows.iter().filter_map(|row| row.get(place));
-            column.set_cell_alignment(if place > 0 && cells.any(|cell| is_number(cell)) {
+            column.set_cell_alignment(if place > 0 && self.is_of_numbers(place) {
                 CellAlignment::Right
             } else {
                 CellAlignment::Left
@@ -47,6 +46,16 @@ impl Table {
             table.add_row(row.iter().map(|cell| in_one_cell(cell)));
         }
         format!("{table}\n")
+    }
+
+    /// Whether as many cells of a column begin as numbers do as do not; a dash stands for either.
+    fn is_of_numbers(&self, place: usize) -> bool {
+        let cells = self.rows.iter().filter_map(|row| row.get(place));
+        let begins =
+            cells.filter_map(|cell| cell.trim_matches(['-', '+', '<', ' ']).chars().next());
+        let (numbers, words): (Vec<char>, Vec<char>) =
+            begins.partition(|c| c.is_ascii_digit() || *c == '∞');
+        numbers.len() >= words.len()
     }
 }
 
@@ -61,12 +70,6 @@ pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, 
         table.row(columns.iter().map(|(_, cell)| cell(&row)));
     }
     table
-}
-
-/// Whether a cell begins as a number does.
-fn is_number(cell: &str) -> bool {
-    let digits = cell.trim_start().trim_start_matches(['-', '+', '.', '(']);
-    digits.starts_with(|c: char| c.is_ascii_digit() || c == '∞')
 }
 
 /// A text as a cell: no bar in it ends the cell, and no line the row.

@@ -7,7 +7,7 @@ const WIDTH: usize = 100;
 
 impl Document {
     /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and between
-    /// a paragraph and its list, pairs or lines.
+    /// a paragraph and its list, pairs or lines, and lines and their list.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -21,6 +21,10 @@ impl Document {
                         DocumentBlock::List { .. }
                             | DocumentBlock::Pairs { .. }
                             | DocumentBlock::Lines { .. }
+                    )
+                    | (
+                        Some(DocumentBlock::Lines { .. }),
+                        DocumentBlock::List { .. }
                     )
             );
             if last.is_some() && !goes_on {
@@ -71,8 +75,7 @@ impl From<Document> for String {
 }
 
 /// A text in lines of at most so many characters, each after `indent`; the first after `first`.
-#[must_use]
-pub fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
+fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
     let mut out = String::new();
     let mut line = first.to_owned();
     let mut empty = true;

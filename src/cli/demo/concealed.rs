@@ -97,8 +97,7 @@ pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> Document {
     } else {
         "does not pass"
     };
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "A second session: the same robot, with play concealed in one joint (simulated: {})",
         report.session.display()
     ));

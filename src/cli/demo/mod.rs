@@ -106,8 +106,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let outcome = fitted.outcome;
     let mut fit = fitted.report;
     fit.plan_next(plan.planned);
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction",
         folder.display(),
     ));

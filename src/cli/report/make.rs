@@ -151,8 +151,7 @@ fn outcome(
     format: PageFormat,
     source: &PageSource,
 ) -> Outcome {
-    let mut document = Document::new();
-    document.paragraph(format!("Report {}: {}", page.number, page.title));
+    let mut document = Document::of(format!("Report {}: {}", page.number, page.title));
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
     let lines = lines.chain(&headline.warnings);

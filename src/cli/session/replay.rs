@@ -97,8 +97,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let state = replay_session(&machine, played, &mut journal, watch)?;
     folder.rewrite_table(&state)?;
     let report = compare(args, &recorded, &state);
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "{}: {} of {} recorded readings came again; largest differences {:.3} N, {:.2} µm",
         args.out.display(),
         report.replayed,

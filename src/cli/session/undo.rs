@@ -48,8 +48,7 @@ pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     state.apply(&record);
     held.rewrite_table(&state)?;
     let words = undone_text(&undone);
-    let mut document = Document::new();
-    document.paragraph(format!("{}: {words}", folder.display()));
+    let mut document = Document::of(format!("{}: {words}", folder.display()));
     let was = read.records.iter();
     for taken in was.filter(|one| undone.events.contains(&one.seq)) {
         document.item(format!("event {}: {}", taken.seq, event_text(&taken.event)));

@@ -310,8 +310,7 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
     };
     let digits = |of: &NoiseDeviation| significant(of.value, 2);
     let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
-    let mut document = Document::new();
-    document.paragraph(head);
+    let mut document = Document::of(head);
     document.rows(
         rows,
         &[

@@ -23,8 +23,7 @@ const JOINT_WORTH_LISTING: f64 = 0.001;
 /// Sensitivities of one mechanism along one axis, for people.
 #[must_use]
 pub fn sensitivity_document(mechanism: &str, found: &DesignSensitivity) -> Document {
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "mechanism {mechanism}, stiffness along {}: least {} N/µm, mean {} N/µm",
         AXES[found.axis],
         significant(found.smallest_n_per_m / N_PER_UM, 4),

@@ -152,8 +152,7 @@ impl ShiftReport<'_> {
     /// Tables for people.
     #[must_use]
     pub fn document(&self) -> Document {
-        let mut document = Document::new();
-        document.paragraph(self.cause_words());
+        let mut document = Document::of(self.cause_words());
         document.paragraph(self.about.about());
         for (index, map) in self.maps.iter().enumerate() {
             let mass = self.mass_words(index);

@@ -15,8 +15,7 @@ impl MapReport<'_> {
     /// Statistics, where the extremes and regions lie, and the paper's tables.
     #[must_use]
     pub fn document(&self) -> Document {
-        let mut document = Document::new();
-        document.paragraph(format!(
+        let mut document = Document::of(format!(
             "{}, factors {}",
             self.robot.name, self.factors_name
         ));
@@ -56,20 +55,16 @@ impl MapReport<'_> {
     fn add_methods(&self, document: &mut Document) {
         document.paragraph("How the poses are solved:");
         for (effects, study) in &self.mechanisms {
-            let mut words = format!(
-                "mechanism {}: {}",
-                study.map.mechanism,
-                study.method.join("; ")
-            );
+            let (map, method) = (&study.map, study.method.join("; "));
+            // Their words are those of the machine: a line holds all of them.
+            document.lines(format!("  mechanism {}: {method}", map.mechanism));
             for effect in effects {
-                words += &format!("; with {effect}");
+                document.lines(format!("    with {effect}"));
             }
-            document.item(words);
-            if let Some((_, reason)) = study.map.failed.first() {
-                document.item(format!(
-                    "{} of the poses of mechanism {} cannot be reached, for example: {reason}",
-                    study.map.failed.len(),
-                    study.map.mechanism
+            if let Some((_, reason)) = map.failed.first() {
+                document.lines(format!(
+                    "    {} of the poses cannot be reached, for example: {reason}",
+                    map.failed.len()
                 ));
             }
         }
