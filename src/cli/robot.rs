@@ -16,7 +16,7 @@ use crate::structure::Compliance6;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::{write_figure, wrote};
+use super::figure_files::write_figure;
 use super::outcome::Outcome;
 use super::pose_args::limits_passed;
 use super::robot_args::{
@@ -74,11 +74,11 @@ fn check(args: &RobotCheckArgs, global: &Global) -> Result<Outcome, Failure> {
     let drawn = robot_pose::draw(&robot, &inputs, args, global)?;
     let text = format!("{}{}", drawn.sketch, robot_check_document(&check).text());
     let strict = u8::from(!check.findings.is_empty());
-    let mut findings = check.findings.clone();
-    findings.extend(drawn.notes);
+    let findings = check.findings.clone();
     Ok(Outcome::new("robot-check", text, check)
         .with_inputs(inputs)
         .with_warnings(findings)
+        .with_written(&drawn.written)
         .with_strict_exit(strict))
 }
 
@@ -193,8 +193,7 @@ impl SampledWorkspace {
                     .chain([extreme.limits.join(", ")]),
             );
         }
-        let mut document = Document::new();
-        document.paragraph(format!(
+        let mut document = Document::of(format!(
             "{} poses within the limits of {} drawn (seed {}), {} of them not reachable.",
             sample.accepted(),
             sample.drawn,
@@ -257,10 +256,9 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
             .collect();
     }
     let projection = project(&robot, &plan)?;
-    let mut warnings = robot.warnings.clone();
+    let mut written = Vec::new();
     if let Some(path) = &args.figure {
-        let written = write_figure(path, &projection.figure(&robot), &inputs)?;
-        warnings.extend(wrote(&written));
+        written = write_figure(path, &projection.figure(&robot), &inputs)?;
     }
     Ok(Outcome::new(
         "robot-workspace",
@@ -268,7 +266,8 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
         projection.report(),
     )
     .with_inputs(inputs)
-    .with_warnings(warnings))
+    .with_warnings(robot.warnings.clone())
+    .with_written(&written))
 }
 
 /// Compliance where it was placed; of an arm of rigid links with the load's own term.

@@ -19,7 +19,6 @@ use crate::robot::Robot;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::wrote;
 use super::outcome::Outcome;
 use super::progress::progress;
 use crate::report::ShardReport;
@@ -101,7 +100,7 @@ fn finish(
     };
     Ok(Outcome::new("map", text, data)
         .with_inputs(inputs)
-        .with_warnings(wrote(&written).collect()))
+        .with_written(&written))
 }
 
 /// A share, to a file.

@@ -6,7 +6,6 @@ use stiffbench_document::Document;
 
 use crate::analysis::ArgumentError;
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::wrote;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
@@ -69,20 +68,19 @@ pub(super) fn run(
         design(job, (&robot, &physics), &poses.set, &mut answer)?;
     }
     let inputs = job.inputs(&robot);
-    let mut warnings = Vec::new();
+    let mut written = Vec::new();
     if let Some(folder) = out {
-        let mut written = write_figures(folder, &answer.figures, &inputs)?;
+        written = write_figures(folder, &answer.figures, &inputs)?;
         written.extend(write_text(
             folder,
             &answer.document.text(),
             &answer.data,
             &inputs,
         )?);
-        warnings.extend(wrote(&written));
     }
     Ok(Outcome::new("map", answer.document, answer.data)
         .with_inputs(inputs)
-        .with_warnings(warnings))
+        .with_written(&written))
 }
 
 /// What was found, for people, for programs, and as figures.

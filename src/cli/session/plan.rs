@@ -61,11 +61,11 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     warnings.extend(resolved.warnings.iter().cloned());
     if let Some(file) = &args.best.save_procedure {
         write(file, procedure.to_toml().as_bytes())?;
-        warnings.push(format!("wrote {}", file.display()));
     }
     Ok(outcome
         .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+        .with_warnings(warnings)
+        .with_written(&args.best.save_procedure))
 }
 
 /// What `session run` with these arguments would ask for and write; it refuses what that would refuse.
@@ -90,8 +90,7 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
 /// The plan in words and for programs.
 fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) -> Outcome {
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Procedure {}: {} in {}, about {}",
         procedure.name,
         counted(plan.len(), "reading"),
