@@ -12,8 +12,8 @@ use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, com
 use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
-use super::figure_files::{write_figure, wrote};
-use super::outcome::Outcome;
+use super::figure_files::write_figure;
+use super::outcome::{Outcome, OutcomeNote};
 use super::report::{PageArgs, write_comparison};
 
 /// Arguments of `compare`.
@@ -87,7 +87,8 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
         let written = write_figure(path, &figure, &inputs);
         let written = written.map_err(|failure| failure.with_warnings(&warnings))?;
-        warnings.extend(wrote(&written));
+        let written = written.into_iter().map(OutcomeNote::Written);
+        warnings.extend(written.map(|note| note.to_string()));
     }
     if let Some(out) = &args.report {
         let two = robots.is_some();

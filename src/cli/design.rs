@@ -1,7 +1,7 @@
 //! `stiffbench diagnose --design`: what a procedure can and cannot show, before any session.
 
 use crate::analysis::{Inputs, design, named_procedure};
-use crate::report::design_text;
+use crate::report::design_document;
 
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
@@ -18,7 +18,7 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str) -> Result<Outcome, Failure> {
         args.seed,
     )?;
     warnings.extend(model.robot.warnings.iter().cloned());
-    Ok(Outcome::new("design", design_text(&report), report)
+    Ok(Outcome::new("design", design_document(&report), report)
         .with_inputs(Inputs::default().with_model(&model))
         .with_warnings(warnings))
 }

@@ -1,9 +1,9 @@
 //! `stiffbench diagnose`.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use stiffbench_document::Document;
 
 use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
@@ -102,14 +102,15 @@ pub(super) fn report_of(
     model: impl FnOnce(&Path) -> Result<Option<String>, CliError>,
 ) -> Result<Outcome, Failure> {
     let mut warnings = [warnings, &report.warnings].concat();
-    let mut text = diagnosis_page(report, ProposedProcedures::Beside).text();
-    let whole = format!("{text}\n{}", diagnosis_appendix(report).text());
+    let mut page = diagnosis_page(report, ProposedProcedures::Beside);
+    let mut whole = page.clone();
+    whole.append(diagnosis_appendix(report));
     let mut data = DiagnosisSummary::from(report);
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {
             let model = model(&folder)?.map(|model| ("model.toml", model));
             let fields = [("data", json!(data)), ("warnings", json!(warnings))];
-            let mut written = write_diagnosis(&folder, &whole, inputs, fields)?;
+            let mut written = write_diagnosis(&folder, &whole.text(), inputs, fields)?;
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
@@ -121,17 +122,16 @@ pub(super) fn report_of(
         };
         match write() {
             Ok(written) => {
-                let _ = writeln!(
-                    text,
-                    "\nThis page with all numbers behind it, the data and the figures: {}",
+                page.lines(format!(
+                    "This page with all numbers behind it, the data and the figures: {}",
                     folder.display()
-                );
+                ));
                 data.files = Some(written);
             }
             Err(failure) if args.out.is_some() => return Err(failure),
             // A verdict is not withheld because the session may only be read.
             Err(failure) => {
-                text = whole;
+                page = whole;
                 warnings.push(format!(
                     "page and figures were not written: {}; --out FOLDER puts them elsewhere",
                     failure.message()
@@ -139,9 +139,9 @@ pub(super) fn report_of(
             }
         }
     } else {
-        text = whole;
+        page = whole;
     }
-    Ok(outcome(text, data)
+    Ok(outcome(page, data)
         .with_inputs(inputs.clone())
         .with_warnings(warnings))
 }
@@ -257,7 +257,7 @@ fn write_diagnosis<const N: usize>(
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor
 /// that they do not determine.
-fn outcome(text: String, result: DiagnosisSummary) -> Outcome {
+fn outcome(page: Document, result: DiagnosisSummary) -> Outcome {
     let is_open = |factor: &FactorChangeReport| factor.status != Determination::Free;
     let open = result.factors.iter().any(is_open);
     let exit = match result.verdict {
@@ -265,7 +265,7 @@ fn outcome(text: String, result: DiagnosisSummary) -> Outcome {
         Verdict::NothingMissing => 0,
         _ => 1,
     };
-    Outcome::new("diagnosis", text, result).with_strict_exit(exit)
+    Outcome::new("diagnosis", page, result).with_strict_exit(exit)
 }
 
 /// The data of a diagnosis; clap asks for it unless a procedure is assessed.

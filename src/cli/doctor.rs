@@ -52,7 +52,7 @@ pub(super) fn run(_args: &DoctorArgs, global: &Global) -> Outcome {
     checks.extend(disk());
     let report = DoctorReport::new(checks);
     let exit = u8::from(report.failed > 0);
-    Outcome::new("doctor", report.text(), report).with_strict_exit(exit)
+    Outcome::new("doctor", report.document(), report).with_strict_exit(exit)
 }
 
 fn version() -> CheckReport {

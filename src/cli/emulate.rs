@@ -1,5 +1,7 @@
 //! `stiffbench instrument emulate`: a bench in software for other programs, which works through a procedure by itself.
 
+use stiffbench_document::Document;
+
 use crate::analysis::read_text;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -114,13 +116,10 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     .start()?;
     let [force, displacement] = Channel::ALL.map(|channel| hand.port(channel));
     remove_when_stopped(vec![force.clone(), displacement.clone()]);
-    let text = format!(
-        "{:13} {}\n{:13} {}\nready\n",
-        "force",
-        force.display(),
-        "displacement",
-        displacement.display()
-    );
+    let mut document = Document::new();
+    document.pair("force", force.display().to_string());
+    document.pair("displacement", displacement.display().to_string());
+    document.paragraph("ready");
     let report = EmulationReport {
         ports: SimulatedGauges {
             force: force.clone(),
@@ -134,7 +133,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         seed: args.seed,
         speed: args.speed,
     };
-    let ready = Outcome::new("emulate", text, report).with_warnings(warnings);
+    let ready = Outcome::new("emulate", document, report).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
     let named: Vec<PoseId> = resolved
         .robot

@@ -29,14 +29,14 @@ pub(super) fn run(args: &ExplainArgs) -> Result<Outcome, Failure> {
         let list = list();
         return Ok(Outcome::new(
             "explain",
-            list.text(),
+            list.document(),
             ExplainResult::Topics(list),
         ));
     };
     let topic = topic(name)?;
     Ok(Outcome::new(
         "explain",
-        topic.text(),
+        topic.document(),
         ExplainResult::Topic(topic),
     ))
 }

@@ -99,7 +99,7 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         tables: tables.iter().map(ExportedTable::from).collect(),
         files,
     };
-    Ok(Outcome::new("export", report.text(), report)
+    Ok(Outcome::new("export", report.document(), report)
         .with_inputs(inputs)
         .with_warnings(about.notes))
 }

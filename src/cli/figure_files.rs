@@ -192,14 +192,6 @@ fn begins_as(path: &Path, bytes: &[u8]) -> bool {
     read.is_ok() && bytes.starts_with(&begin)
 }
 
-/// That files were written, as notes.
-pub(super) fn wrote<'p>(
-    paths: impl IntoIterator<Item = &'p PathBuf>,
-) -> impl Iterator<Item = String> {
-    let paths = paths.into_iter();
-    paths.map(|path| format!("wrote {}", path.display()))
-}
-
 /// A name, for example of a mechanism, as a part of a file's name.
 pub(super) fn file_part(name: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');

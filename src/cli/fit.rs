@@ -15,7 +15,7 @@ use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg};
 use super::failure::{Failure, refuse_given};
-use super::figure_files::{write, write_figures, wrote};
+use super::figure_files::{write, write_figures};
 use super::outcome::Outcome;
 use super::progress::progress;
 
@@ -128,13 +128,13 @@ fn finished(
     if let Some(folder) = &args.figures {
         written.extend(write_figures(folder, fitted.figures, &inputs)?);
     }
-    warnings.extend(wrote(&written));
-    warnings.extend(note);
     let mut estimates = outcome.estimates.iter();
     let open = estimates.any(|one| one.status.why_open().is_some());
     Ok(Outcome::new("fit", text, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
+        .with_written(&written)
+        .with_warnings(note)
         .with_strict_exit(if open { 41 } else { 0 }))
 }
 

@@ -1,8 +1,9 @@
 //! `stiffbench instrument`.
 
 use std::env::consts::OS;
-use std::fmt::Write;
 use std::io::Read;
+
+use stiffbench_document::Document;
 
 use crate::analysis::ReadError;
 use crate::instrument::description::{GaugeCommand, SignMeaning, UnitSource, json_schema};
@@ -10,7 +11,7 @@ use crate::instrument::{
     CommandRole, Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Sample,
     raw_text,
 };
-use crate::report::{DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary, table_of};
+use crate::report::{DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary};
 
 use super::args::Global;
 use super::descriptions::{
@@ -50,7 +51,8 @@ pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Fai
 fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
     let (found, mut warnings) = all_descriptions(protocols)?;
     let descriptions = || found.iter().map(|one| &one.description);
-    let table = table_of(
+    let mut document = Document::new();
+    document.rows(
         descriptions(),
         &[
             ("name", &|one| one.name.clone()),
@@ -58,19 +60,14 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
             ("status", &|one| status_text(one)),
             ("what it is", &|one| one.text.clone()),
         ],
-    )
-    .text();
+    );
+    document.paragraph("documented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs --allow-unverified. Details: stiffbench instrument show NAME");
     warnings.extend(
         descriptions().filter_map(|one| Some(format!("{}: {}", one.name, one.no_tty(OS)?))),
     );
     let instruments = found.iter().map(summary).collect();
-    let text = format!(
-        "{table}\ndocumented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs\n--allow-unverified. Details: stiffbench instrument show NAME\n"
-    );
-    Ok(
-        Outcome::new("instrument-list", text, InstrumentList { instruments })
-            .with_warnings(warnings),
-    )
+    let report = InstrumentList { instruments };
+    Ok(Outcome::new("instrument-list", document, report).with_warnings(warnings))
 }
 
 fn status_text(description: &InstrumentDescription) -> String {
@@ -91,7 +88,7 @@ fn show(found: &LocatedDescription, toml: bool) -> Outcome {
     let text = if toml {
         found.toml.clone()
     } else {
-        description_text(description)
+        description_document(description).text()
     };
     Outcome::new("instrument", text, report).with_warnings(found.warnings.clone())
 }
@@ -103,43 +100,33 @@ fn commands(
     roles.filter_map(|role| Some((role, description.command(role)?)))
 }
 
-fn description_text(description: &InstrumentDescription) -> String {
-    let mut text = String::new();
-    let mut line = |name: &str, value: &str| {
-        // Writing to a String does not fail.
-        let _ = writeln!(text, "{name:<10}{value}");
-    };
-    line("name", &description.name);
-    line("what", &description.text);
-    line("measures", &description.channel.to_string());
-    line("status", &status_text(description));
-    line("line", &description.line.to_string());
-    line("packets", &description.framing_text());
+fn description_document(description: &InstrumentDescription) -> Document {
+    let mut document = Document::new();
+    document.pair("name", &description.name);
+    document.pair("what", &description.text);
+    document.pair("measures", description.channel.to_string());
+    document.pair("status", status_text(description));
+    document.pair("line", description.line.to_string());
+    document.pair("packets", description.framing_text());
     for packet in &description.packets {
-        line("", packet);
+        document.pair("", packet);
     }
-    line("unit", &unit_text(description));
-    line("push", sign_text(description.sign.compression));
-    for (role, command) in commands(description) {
-        line(
-            if role == CommandRole::Read {
-                "commands"
-            } else {
-                ""
-            },
-            &format!("{role:<14}{}", raw_text(&command.bytes)),
-        );
-    }
+    document.pair("unit", unit_text(description));
+    document.pair("push", sign_text(description.sign.compression));
+    let mut list = |name: &str, entries: Vec<String>| {
+        for (place, entry) in entries.into_iter().enumerate() {
+            document.pair(if place == 0 { name } else { "" }, entry);
+        }
+    };
+    let commands = commands(description);
+    let commands = commands.map(|(role, command)| format!("{role}: {}", raw_text(&command.bytes)));
+    list("commands", commands.collect());
     for (system, note) in description.no_tty_notes() {
-        line(system, note);
+        list(system, vec![note.to_owned()]);
     }
-    for (place, note) in description.notes.iter().enumerate() {
-        line(if place == 0 { "notes" } else { "" }, note);
-    }
-    for (place, source) in description.sources.iter().enumerate() {
-        line(if place == 0 { "sources" } else { "" }, source);
-    }
-    text
+    list("notes", description.notes.clone());
+    list("sources", description.sources.clone());
+    document
 }
 
 fn unit_text(description: &InstrumentDescription) -> String {
@@ -161,12 +148,12 @@ fn sign_text(meaning: SignMeaning) -> &'static str {
 }
 
 fn check(found: LocatedDescription) -> Outcome {
-    let mut text = description_text(&found.description);
-    text.push_str("\nno errors\n");
+    let mut document = description_document(&found.description);
+    document.paragraph("no errors");
     let summary = summary(&found);
     let mut warnings = found.warnings;
     warnings.extend(found.description.warnings());
-    Outcome::new("instrument-check", text, summary)
+    Outcome::new("instrument-check", document, summary)
         .with_strict_exit(u8::from(!warnings.is_empty()))
         .with_warnings(warnings)
 }
@@ -207,17 +194,17 @@ fn decoded_outcome(
     unit: Option<&str>,
 ) -> Outcome {
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
-    let mut text = String::new();
+    let mut document = Document::new();
     let mut no_value = |packet: Rejected| {
-        let line = format!("rejected: {}: {}\n", packet.raw, packet.reason);
+        let line = format!("rejected: {}: {}", packet.raw, packet.reason);
         rejected.push(packet);
         line
     };
     for one in decoded {
-        text.push_str(&match one {
+        document.lines(match one {
             Decoded::Sample(sample) => {
                 let value = decoded_value(sample, description, unit);
-                let line = format!("{:?} {}  <- {}\n", value.value, value.unit, sample.raw);
+                let line = format!("{:?} {}  <- {}", value.value, value.unit, sample.raw);
                 samples.push(value);
                 line
             }
@@ -229,19 +216,17 @@ fn decoded_outcome(
             }),
         });
     }
-    // Writing to a String does not fail.
-    let _ = writeln!(
-        text,
+    document.lines(format!(
         "{}, {} rejected",
         counted(samples.len(), "sample"),
         rejected.len()
-    );
+    ));
     let report = DecodeReport {
         instrument: description.name.clone(),
         samples,
         rejected,
     };
-    Outcome::new("instrument-decode", text, report)
+    Outcome::new("instrument-decode", document, report)
 }
 
 /// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested carries no information here.

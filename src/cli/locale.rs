@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use stiffbench_document::in_ascii;
+
 /// The value of the locale's variables: `LC_ALL`, `LC_CTYPE`, `LANG`, the first that is set; `None` if none is.
 pub(super) fn locale(variable: impl Fn(&str) -> Option<String>) -> Option<String> {
     let names = ["LC_ALL", "LC_CTYPE", "LANG"];
@@ -24,62 +26,9 @@ pub(super) fn in_locale(text: Cow<'_, str>) -> Cow<'_, str> {
     in_ascii(&text).into()
 }
 
-fn in_ascii(text: &str) -> String {
-    let mut plain = String::with_capacity(text.len());
-    for c in text.chars() {
-        let sign = match c {
-            '±' => "+-",
-            'µ' | 'μ' => "u",
-            '−' | '–' | '—' => "-",
-            '…' => "...",
-            '°' => "deg",
-            '·' => "*",
-            '×' => "x",
-            '²' => "^2",
-            '³' => "^3",
-            '⁻' => "^-",
-            '⁶' => "6",
-            '¹' => "1",
-            '√' => "sqrt",
-            '∞' => "inf",
-            '≤' => "<=",
-            '≥' => ">=",
-            '≈' => "~",
-            '→' => "->",
-            'α' => "alpha",
-            'β' => "beta",
-            'δ' => "delta",
-            'ε' => "epsilon",
-            'θ' => "theta",
-            'ρ' => "rho",
-            'σ' => "sigma",
-            'φ' => "phi",
-            'χ' => "chi",
-            'Δ' => "Delta",
-            'Σ' => "Sigma",
-            'Ω' => "Ohm",
-            '\u{a0}' => " ",
-            _ => {
-                plain.push(c);
-                continue;
-            }
-        };
-        plain.push_str(sign);
-    }
-    plain
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn signs_become_ascii_and_names_stay() {
-        assert_eq!(
-            in_ascii("K = 0.01 ± 0.002 N/µm at 21 °C, Müller"),
-            "K = 0.01 +- 0.002 N/um at 21 degC, Müller"
-        );
-    }
 
     #[test]
     fn the_first_variable_that_is_set_counts() {

@@ -57,15 +57,6 @@ impl ModelArgs {
     }
 }
 
-/// One line of text for each effect; empty without effects.
-pub(super) fn physics_text(physics: &ActingPhysics) -> String {
-    let lines = physics.effects.iter().map(|effect| format!("  {effect}\n"));
-    match lines.collect::<String>() {
-        lines if lines.is_empty() => lines,
-        lines => format!("Physics beside the beams:\n{lines}"),
-    }
-}
-
 /// The effects in a line, as `--effect` takes them.
 pub(super) fn effects_text(physics: &ActingPhysics) -> String {
     let effects: Vec<String> = physics.effects.iter().map(Effect::compact).collect();

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde::Serialize;
@@ -15,6 +16,26 @@ use super::failure::{OVERDUE, exit_code_of};
 use super::locale::in_locale;
 use crate::analysis::Inputs;
 use crate::report::{CompletionScript, ErrorReport};
+
+/// What a user should know beside a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OutcomeNote {
+    /// What has to be done before the numbers are used.
+    Act(String),
+    /// What the numbers rest on, or what puts them in doubt.
+    Remark(String),
+    /// A file that was written.
+    Written(PathBuf),
+}
+
+impl std::fmt::Display for OutcomeNote {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Act(words) | Self::Remark(words) => f.write_str(words),
+            Self::Written(path) => write!(f, "wrote {}", path.display()),
+        }
+    }
+}
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
@@ -32,7 +53,7 @@ pub struct Outcome {
     /// What the result was made of.
     pub(super) inputs: Inputs,
     /// What a user should know before using the numbers.
-    pub(super) warnings: Vec<String>,
+    notes: Vec<OutcomeNote>,
     /// Exit code under `--strict`; 0 otherwise.
     pub(super) strict_exit: u8,
     /// Exit code in any case: what was printed is whole, and states that something is not.
@@ -50,10 +71,10 @@ pub struct Outcome {
 impl Outcome {
     /// A result without notes.
     #[must_use]
-    pub fn new(kind: &'static str, text: String, data: impl Serialize) -> Self {
+    pub fn new(kind: &'static str, text: impl Into<String>, data: impl Serialize) -> Self {
         Self {
             kind,
-            text,
+            text: text.into(),
             data: serde_json::to_value(data).unwrap_or_default(),
             ..Self::default()
         }
@@ -87,18 +108,27 @@ impl Outcome {
         }
     }
 
-    /// With notes.
+    /// With remarks behind the notes that it has.
     #[must_use]
-    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
-        self.warnings = warnings;
+    pub fn with_warnings(mut self, warnings: impl IntoIterator<Item = String>) -> Self {
+        let remarks = warnings.into_iter().map(OutcomeNote::Remark);
+        self.notes.extend(remarks);
         self
     }
 
-    /// With notes before those it has.
+    /// With remarks before the notes that it has.
     #[must_use]
-    pub fn with_more_warnings(mut self, mut warnings: Vec<String>) -> Self {
-        warnings.append(&mut self.warnings);
-        self.warnings = warnings;
+    pub fn with_more_warnings(mut self, warnings: Vec<String>) -> Self {
+        let remarks = warnings.into_iter().map(OutcomeNote::Remark);
+        self.notes.splice(0..0, remarks);
+        self
+    }
+
+    /// With a note for each file that was written.
+    #[must_use]
+    pub fn with_written<'p>(mut self, files: impl IntoIterator<Item = &'p PathBuf>) -> Self {
+        let files = files.into_iter().cloned();
+        self.notes.extend(files.map(OutcomeNote::Written));
         self
     }
 
@@ -115,7 +145,7 @@ impl Outcome {
         if !overdue.is_empty() {
             self.strict_exit = OVERDUE;
         }
-        self.warnings.extend(overdue);
+        self.notes.extend(overdue.into_iter().map(OutcomeNote::Act));
         self
     }
 
@@ -169,7 +199,8 @@ impl Outcome {
         let mut object = envelope(self.kind, !self.failed);
         object["inputs"] = json!(self.inputs);
         object["data"] = self.data.take();
-        object["warnings"] = json!(self.warnings);
+        let notes = self.notes.iter().map(ToString::to_string);
+        object["warnings"] = json!(notes.collect::<Vec<_>>());
         object
     }
 
@@ -177,7 +208,7 @@ impl Outcome {
         if global.json {
             if self.displaces_file {
                 let note = "--out - with --json: this object alone is on standard output, the file was not written";
-                self.warnings.push(note.to_owned());
+                self.notes.push(OutcomeNote::Remark(note.to_owned()));
             }
             return print_json(&self.json());
         }
@@ -193,11 +224,27 @@ impl Outcome {
             printable(&text)
         })?;
         if !global.quiet {
-            for warning in &self.warnings {
-                print_error(&format!("note: {warning}"));
-            }
+            self.print_notes();
         }
         Ok(())
+    }
+
+    /// Notes on standard error: first what has to be done; all files in one line at the end.
+    fn print_notes(&self) {
+        let is_act = |note: &&OutcomeNote| matches!(note, OutcomeNote::Act(_));
+        let is_remark = |note: &&OutcomeNote| matches!(note, OutcomeNote::Remark(_));
+        let notes = || self.notes.iter();
+        for note in notes().filter(is_act).chain(notes().filter(is_remark)) {
+            print_error(&format!("note: {note}"));
+        }
+        let files = notes().filter_map(|note| match note {
+            OutcomeNote::Written(path) => Some(path.display().to_string()),
+            _ => None,
+        });
+        let files = files.collect::<Vec<_>>().join(", ");
+        if !files.is_empty() {
+            print_error(&format!("note: wrote {files}"));
+        }
     }
 }
 

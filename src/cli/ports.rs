@@ -1,10 +1,10 @@
 //! `ports`: which serial ports there are, what is on them, and which gauge is bound to which.
 
-use std::fmt::Write;
 use std::thread;
 use std::time::Duration;
 
 use clap::Args;
+use stiffbench_document::Document;
 
 use crate::analysis::ArgumentError;
 use crate::clock::Clock;
@@ -76,14 +76,14 @@ pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure>
         (port, result)
     });
     let found: Vec<(PortInfo, Option<ProbeResult>)> = found.collect();
-    let text = text(&found, |port| bound_to(port, &listed, &bindings));
+    let document = document(&found, |port| bound_to(port, &listed, &bindings));
     let ports = found.into_iter().map(|(port, probe_port)| PortReport {
         bound: bound_to(&port, &listed, &bindings),
         port,
         probe: probe_port.map(probed),
     });
     let ports = ports.collect();
-    Ok(Outcome::new("ports", text, PortList { ports }).with_warnings(warnings))
+    Ok(Outcome::new("ports", document, PortList { ports }).with_warnings(warnings))
 }
 
 /// The gauges that a bindings file has on a port.
@@ -211,17 +211,17 @@ fn bind(
     let port_name = binding
         .port()
         .map_or_else(String::new, |port| port.to_string());
-    let text = format!(
-        "the {bound} gauge is {} on {port_name}; written to {}\n",
+    let document = Document::of(format!(
+        "the {bound} gauge is {} on {port_name}; written to {}",
         binding.instrument,
         args.bindings.display()
-    );
+    ));
     let report = BindingReport {
         channel: bound,
         binding,
         file: args.bindings.clone(),
     };
-    Ok(Outcome::new("port-binding", text, report).with_warnings(warnings))
+    Ok(Outcome::new("port-binding", document, report).with_warnings(warnings))
 }
 
 fn binding_of(
@@ -313,62 +313,55 @@ fn probed(probe_port: ProbeResult) -> ProbeReport {
     }
 }
 
-fn text(
+fn document(
     ports: &[(PortInfo, Option<ProbeResult>)],
     bound: impl Fn(&PortInfo) -> Vec<BoundGauge>,
-) -> String {
+) -> Document {
+    let mut document = Document::new();
     if ports.is_empty() {
-        return "no serial port; plug an adapter in, or name a port by its path\n".to_owned();
+        document.paragraph("no serial port; plug an adapter in, or name a port by its path");
     }
-    let mut text = String::new();
     for (port, probe_port) in ports {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{}", port.path);
+        document.paragraph(&port.path);
         let usb = port.usb.as_ref().map(ToString::to_string);
         for line in [&port.label, &usb, &port.by_id].into_iter().flatten() {
-            let _ = writeln!(text, "  {line}");
+            document.item(line);
         }
         for BoundGauge {
             channel,
             instrument,
         } in bound(port)
         {
-            let _ = writeln!(text, "  bound as the {channel} gauge: {instrument}");
+            document.item(format!("bound as the {channel} gauge: {instrument}"));
         }
         if let Some(latency_ms) = port.latency_ms.filter(|latency_ms| *latency_ms > 2) {
-            let _ = writeln!(
-                text,
-                "  holds short packets for {latency_ms} ms: at most {} requests a second (latency_timer in sysfs, 1 is best)",
+            document.item(format!(
+                "holds short packets for {latency_ms} ms: at most {} requests a second (latency_timer in sysfs, 1 is best)",
                 1000 / latency_ms
-            );
+            ));
         }
         match probe_port {
             Some(Ok(findings)) if findings.is_empty() => {
-                text.push_str("  no known instrument answers\n");
+                document.item("no known instrument answers");
             }
-            Some(Ok(findings)) => {
-                for finding in findings {
-                    let said = finding
-                        .identity
-                        .as_ref()
-                        .map_or_else(String::new, |said| format!(", identifies itself as {said}"));
-                    let speed = finding
-                        .other_baud
-                        .map_or_else(String::new, |baud| format!(", at {baud} bit/s"));
-                    let _ = writeln!(
-                        text,
-                        "  {:3} points  {}: {}{said}{speed}",
-                        finding.points, finding.instrument, finding.evidence
-                    );
-                }
-            }
-            Some(Err(error)) => {
-                let _ = writeln!(text, "  {error}");
-            }
+            Some(Ok(findings)) => findings.iter().for_each(|finding| {
+                let said = finding.identity.iter();
+                let said = said.map(|said| format!(", identifies itself as {said}"));
+                let speed = finding.other_baud.iter();
+                let speed = speed.map(|baud| format!(", at {baud} bit/s"));
+                document.item(format!(
+                    "{} points: {}: {}{}",
+                    finding.points,
+                    finding.instrument,
+                    finding.evidence,
+                    said.chain(speed).collect::<String>()
+                ));
+            }),
+            Some(Err(error)) => document.item(error.to_string()),
             None => {}
         }
     }
-    text
+    document
 }
 
 #[cfg(test)]
@@ -386,6 +379,10 @@ mod tests {
         assert_eq!(bound(&ports[0])[0].instrument, "mark10-series5");
         assert!(bound(&ports[1]).is_empty());
         let found = ports.clone().map(|port| (port, None));
-        assert!(super::text(&found, bound).contains("bound as the force gauge: mark10-series5"));
+        assert!(
+            document(&found, bound)
+                .text()
+                .contains("bound as the force gauge: mark10-series5")
+        );
     }
 }

@@ -1,11 +1,13 @@
 //! `stiffbench robot`.
 
+use stiffbench_document::Document;
+
 use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, WorkspaceSample};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
     ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport, Table,
-    WorkspaceReport, plane_column_heads, robot_check_text, workspace_figure,
+    WorkspaceReport, plane_column_heads, robot_check_document, workspace_figure,
 };
 use crate::robot::{
     JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
@@ -14,8 +16,7 @@ use crate::structure::Compliance6;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::{write_figure, wrote};
-use super::model::physics_text;
+use super::figure_files::write_figure;
 use super::outcome::Outcome;
 use super::pose_args::limits_passed;
 use super::robot_args::{
@@ -52,7 +53,7 @@ fn show(args: &ShowArgs) -> Result<Outcome, Failure> {
         return Ok(show_mobility(&robot)?.with_inputs(inputs));
     }
     let report = RobotReport::new(&robot);
-    Ok(Outcome::new("robot", report.text(), report)
+    Ok(Outcome::new("robot", report.document(), report)
         .with_inputs(inputs)
         .with_warnings(robot.warnings.clone()))
 }
@@ -71,13 +72,13 @@ fn check(args: &RobotCheckArgs, global: &Global) -> Result<Outcome, Failure> {
     let inputs = Inputs::default().with_robot(&robot, &source.text);
     let check = check_robot(&robot, &source)?;
     let drawn = robot_pose::draw(&robot, &inputs, args, global)?;
-    let text = format!("{}{}", drawn.sketch, robot_check_text(&check));
+    let text = format!("{}{}", drawn.sketch, robot_check_document(&check).text());
     let strict = u8::from(!check.findings.is_empty());
-    let mut findings = check.findings.clone();
-    findings.extend(drawn.notes);
+    let findings = check.findings.clone();
     Ok(Outcome::new("robot-check", text, check)
         .with_inputs(inputs)
         .with_warnings(findings)
+        .with_written(&drawn.written)
         .with_strict_exit(strict))
 }
 
@@ -95,7 +96,8 @@ fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
     };
     let mechanisms: Result<_, RobotError> = robot.mechanisms.values().map(rank).collect();
     let report = MobilityReport::new(chains, mechanisms?);
-    Ok(Outcome::new("robot-mobility", report.text(), report).with_warnings(robot.warnings.clone()))
+    Ok(Outcome::new("robot-mobility", report.document(), report)
+        .with_warnings(robot.warnings.clone()))
 }
 
 /// Random poses and the outermost points.
@@ -161,7 +163,7 @@ impl SampledWorkspace {
         workspace_figure(points, extremes.collect(), self.stated.clone(), robot)
     }
 
-    fn text(&self, robot: &Robot) -> String {
+    fn document(&self, robot: &Robot) -> Document {
         let sample = &self.sample;
         let angles: Vec<&str> = robot.variables.iter().map(|v| v.name.as_str()).collect();
         let plane = MapPlane::upright(self.sample.plan.vertical);
@@ -191,23 +193,25 @@ impl SampledWorkspace {
                     .chain([extreme.limits.join(", ")]),
             );
         }
-        let mut text = format!(
-            "{} poses within the limits of {} drawn (seed {}), {} of them not reachable.\n\n{}",
+        let mut document = Document::of(format!(
+            "{} poses within the limits of {} drawn (seed {}), {} of them not reachable.",
             sample.accepted(),
             sample.drawn,
             sample.plan.seed,
             sample.unreachable.len(),
-            rows.text()
-        );
+        ));
+        document.table(rows);
         if !self.stated.is_empty() {
-            let mut rows = Table::new(&["stated by the paper", "z, m", "y, m"]);
-            for (name, [z, y]) in &self.stated {
-                rows.row([name.clone(), z.to_string(), y.to_string()]);
-            }
-            text.push('\n');
-            text.push_str(&rows.text());
+            document.rows(
+                &self.stated,
+                &[
+                    ("stated by the paper", &|(name, _)| name.clone()),
+                    ("z, m", &|(_, [z, _])| z.to_string()),
+                    ("y, m", &|(_, [_, y])| y.to_string()),
+                ],
+            );
         }
-        text
+        document
     }
 
     fn report(&self) -> WorkspaceReport {
@@ -252,18 +256,18 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
             .collect();
     }
     let projection = project(&robot, &plan)?;
-    let mut warnings = robot.warnings.clone();
+    let mut written = Vec::new();
     if let Some(path) = &args.figure {
-        let written = write_figure(path, &projection.figure(&robot), &inputs)?;
-        warnings.extend(wrote(&written));
+        written = write_figure(path, &projection.figure(&robot), &inputs)?;
     }
     Ok(Outcome::new(
         "robot-workspace",
-        projection.text(&robot),
+        projection.document(&robot),
         projection.report(),
     )
     .with_inputs(inputs)
-    .with_warnings(warnings))
+    .with_warnings(robot.warnings.clone())
+    .with_written(&written))
 }
 
 /// Compliance where it was placed; of an arm of rigid links with the load's own term.
@@ -336,8 +340,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     let compliance = physics.with_base(&fixed, predictor.model());
     let known = unknown.known(compliance.0, &pose)?;
     let report = ComplianceReport::new(known, predictor.model(), physics);
-    let text = format!("{}{}", physics_text(physics), report.text());
-    Ok(Outcome::new("robot-compliance", text, report)
+    Ok(Outcome::new("robot-compliance", report.document(), report)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
 }

@@ -60,7 +60,7 @@ pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
     write_new(&args.out, &made.text)?;
     let report = NewRobotReport::new(&robot, &args.out.display().to_string(), positions);
     let notes = made.notes.into_iter().chain(robot.warnings);
-    Ok(Outcome::new("robot-new", report.text(), report).with_warnings(notes.collect()))
+    Ok(Outcome::new("robot-new", report.document(), report).with_warnings(notes))
 }
 
 fn text_of(path: &Path) -> Result<SourceText, Failure> {

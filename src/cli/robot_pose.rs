@@ -12,7 +12,7 @@ use crate::robot::{FittingFactors, JointModel, MechanismModel, Robot, Theory};
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::{file_part, write_figure, wrote};
+use super::figure_files::{file_part, write_figure};
 use super::robot_args::RobotCheckArgs;
 use super::screen::Glyphs;
 use super::sketch::sketch;
@@ -24,8 +24,8 @@ const USUAL_WIDTH: usize = 80;
 pub(super) struct PoseDrawings {
     /// The sketch; empty where none is wanted.
     pub(super) sketch: String,
-    /// What was written.
-    pub(super) notes: Vec<String>,
+    /// The files that were written.
+    pub(super) written: Vec<PathBuf>,
 }
 
 /// Draws every named pose that can be taken (the nominal one if none has a name); the others are findings of the check.
@@ -38,7 +38,7 @@ pub(super) fn draw(
     let sketched = !args.no_sketch && !global.json && std::io::stdout().is_terminal();
     let mut drawn = PoseDrawings {
         sketch: String::new(),
-        notes: Vec::new(),
+        written: Vec::new(),
     };
     if !sketched && args.out.is_none() {
         return Ok(drawn);
@@ -55,7 +55,7 @@ pub(super) fn draw(
                 write_figure(&path, &robot_pose(drawing), &inputs)
             })
             .collect::<Result<_, Failure>>()?;
-        drawn.notes = wrote(written.iter().flatten()).collect();
+        drawn.written = written.concat();
     }
     if sketched {
         let named: Vec<(String, RobotDrawing)> = names.into_iter().zip(drawings).collect();

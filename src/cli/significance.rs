@@ -1,15 +1,16 @@
 //! `stiffbench significance`.
 
+use stiffbench_document::Document;
+
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, fixed_physics};
 use crate::fit::{Scope, significance};
-use crate::report::SignificanceReport;
+use crate::report::{BESIDE_BEAMS, SignificanceReport, physics_document};
 use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
 use super::args::SignificanceArgs;
 use super::failure::Failure;
-use super::model::physics_text;
 use super::outcome::Outcome;
 
 /// Which constant matters where.
@@ -47,12 +48,10 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         &further,
     )?;
     let data = SignificanceReport::from(&found);
-    let text = format!(
-        "Pose {pose}\n{}\n{}",
-        physics_text(&resolved.physics),
-        data.document().text()
-    );
-    Ok(Outcome::new("significance", text, data)
+    let mut document = Document::of(format!("Pose {pose}"));
+    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
+    document.append(data.document());
+    Ok(Outcome::new("significance", document, data)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(resolved.warnings.clone()))
 }

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use stiffbench_document::Document;
+
 use crate::bench::{
     Jack, LoadCasePlan, NoiseModel, NoiseShape, PositionPlan, SimulatedPositions, VirtualBench,
     simulate_load_cases, simulate_positions,
@@ -13,14 +15,14 @@ use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader, WrittenRows, write_rows};
-use crate::report::{SimulationReport, TrackerReport};
+use crate::report::{BESIDE_BEAMS, SimulationReport, TrackerReport, physics_document};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
 use super::args::SimulateArgs;
 use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::write;
-use super::model::{effects_text, physics_text};
+use super::model::effects_text;
 use super::outcome::Outcome;
 use super::procedure::{SingleLoads, resolve_procedure, single_loads};
 use crate::analysis::{
@@ -81,13 +83,13 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         write(&args.out.join(name), bytes)?;
     }
     let folder = args.out.display();
-    let text = format!(
-        "{folder}: {what}, seed {}\n{}{time}\
-         session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written.\nNext: stiffbench fit {folder}\n",
-        args.seed,
-        physics_text(&resolved.physics),
-    );
-    Ok(Outcome::new("simulate", text, report)
+    let mut document = Document::of(format!("{folder}: {what}, seed {}", args.seed));
+    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
+    document.paragraph(format!(
+        "{time}session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written."
+    ));
+    document.next(format!("fit {folder}"));
+    Ok(Outcome::new("simulate", document, report)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
 }

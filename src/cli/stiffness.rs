@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use crate::analysis::{ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
 use crate::readings::{Reading, ReadingTable};
-use crate::report::{VectorStiffnessReport, stiffness_text};
+use crate::report::{VectorStiffnessReport, stiffness_document};
 use crate::stiffness::Branches;
 
 use super::args::{Global, StiffnessArgs};
@@ -33,8 +33,8 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     warnings.extend(not_counted(left_out));
-    let text = stiffness_text(&table, args.budget);
-    Ok(Outcome::new("stiffness", text, table)
+    let document = stiffness_document(&table, args.budget);
+    Ok(Outcome::new("stiffness", document, table)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(flagged)))
@@ -76,8 +76,7 @@ fn of_vectors(session: LoadedSession, branches: Branches) -> Outcome {
     let mut warnings = session.warnings;
     let loads = session.table.one_of_each_load();
     warnings.extend(not_counted(loads.filter(|one| !one.is_accepted()).count()));
-    let text = report.document().text();
-    Outcome::new("stiffness-vectors", text, report)
+    Outcome::new("stiffness-vectors", report.document(), report)
         .with_inputs(inputs)
         .with_warnings(warnings)
 }

@@ -1,6 +1,5 @@
 //! `trace`: bytes of a line, recorded, shown, decoded, replayed.
 
-use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -9,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
+use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, is_dash, read_bytes};
 use crate::clock::Clock;
@@ -243,25 +243,32 @@ fn read(file: &Path) -> Result<(GaugeTrace, Vec<String>), Failure> {
 
 fn show(file: &Path) -> Result<Outcome, Failure> {
     let (trace, warnings) = read(file)?;
-    let mut text = String::new();
+    let mut document = Document::new();
     let header = &trace.header;
     let channel = header.channel.map(|channel| channel.to_string());
     for (name, value) in header.fields() {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:>12}  {value}");
+        document.pair(name, value);
     }
-    let mut entries = Vec::with_capacity(trace.entries.len());
-    for entry in &trace.entries {
+    let entries = trace.entries.iter().map(|entry| {
         let (kind, what) = words(&entry.what);
-        let _ = writeln!(text, "{:12.6}  {kind:<8} {what}", entry.at_s);
-        entries.push(TraceLine {
+        TraceLine {
             t_s: entry.at_s,
             kind,
             what,
-        });
-    }
+        }
+    });
+    let entries: Vec<TraceLine> = entries.collect();
+    document.rows(
+        &entries,
+        &[
+            ("t, s", &|entry| format!("{:.6}", entry.t_s)),
+            ("bytes or words", &|entry| {
+                format!("{} {}", entry.kind, entry.what)
+            }),
+        ],
+    );
     let (received, sent) = byte_counts(&trace);
-    let _ = writeln!(text, "{received} bytes received, {sent} sent");
+    document.paragraph(format!("{received} bytes received, {sent} sent"));
     let report = TraceReport {
         instrument: header.instrument.clone(),
         channel,
@@ -275,7 +282,7 @@ fn show(file: &Path) -> Result<Outcome, Failure> {
         bytes_sent: sent,
         entries,
     };
-    Ok(Outcome::new("trace", text, report).with_warnings(warnings))
+    Ok(Outcome::new("trace", document, report).with_warnings(warnings))
 }
 
 fn words(what: &What) -> (&'static str, String) {
@@ -332,36 +339,33 @@ fn decode(args: &TraceDecodeArgs) -> Result<Outcome, Failure> {
         args.unit.as_deref(),
         &args.protocols,
     )?;
-    let mut text = String::new();
+    let mut document = Document::new();
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     for (_, event) in &events {
-        // Writing to a string cannot fail.
         match event {
             GaugeEvent::Sample { sample, .. } => {
-                let _ = writeln!(text, "{}", line(sample));
+                document.lines(line(sample));
                 samples.push(TimedValue::from(sample));
             }
             GaugeEvent::Rejected {
                 rejected: packet, ..
             } => {
-                let _ = writeln!(
-                    text,
+                document.lines(format!(
                     "{:10.3} s  no value: {} ({})",
                     packet.at_s, packet.raw, packet.reason
-                );
+                ));
                 rejected.push(TimedPacket::from(packet));
             }
             _ => {}
         }
     }
-    let _ = writeln!(
-        text,
+    document.lines(format!(
         "{}, {}",
         counted(samples.len(), "value"),
         counted(rejected.len(), "rejected packet")
-    );
+    ));
     let report = TraceValues { samples, rejected };
-    Ok(Outcome::new("trace-decode", text, report).with_warnings(warnings))
+    Ok(Outcome::new("trace-decode", document, report).with_warnings(warnings))
 }
 
 fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {

@@ -162,7 +162,7 @@ impl ExportTable {
             }
         }
         let heads = "pose,name,value,unit,ci95_low,ci95_high,status".split(',');
-        String::from_utf8_lossy(&csv_of(heads, &rows)).into_owned()
+        csv_of(heads, &rows)
     }
 }
 

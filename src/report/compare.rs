@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, table_of};
+use stiffbench_document::Document;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
@@ -122,24 +122,23 @@ impl ComparisonReport {
         let dof =
             |dof: Option<f64>| dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2));
         let differs = |differs: bool| if differs { "yes" } else { "" }.to_owned();
-        let rows = table_of(
+        let mut document = Document::new();
+        document.item(format!("A is {a}"));
+        document.item(format!("B is {b}"));
+        document.rows(
             &self.cells,
             &[
                 ("pose", &|cell| cell.pose.to_string()),
                 ("direction", &|cell| cell.direction.to_string()),
-                ("K of A, N/um", &|cell| stiffness(&cell.a)),
-                ("K of B, N/um", &|cell| stiffness(&cell.b)),
-                ("B - A, N/um", &|cell| difference(cell)[0].clone()),
+                ("K of A, N/µm", &|cell| stiffness(&cell.a)),
+                ("K of B, N/µm", &|cell| stiffness(&cell.b)),
+                ("B - A, N/µm", &|cell| difference(cell)[0].clone()),
                 ("U", &|cell| difference(cell)[1].clone()),
                 ("dof", &|cell| dof(cell.difference.dof)),
                 ("(B - A)/U", &|cell| format!("{:.2}", cell.en_ratio)),
                 ("differs", &|cell| differs(cell.differs)),
             ],
         );
-        let mut document = Document::new();
-        document.item(format!("A is {a}"));
-        document.item(format!("B is {b}"));
-        document.table(rows);
         document.paragraph(
             "U is the expanded uncertainty of the difference for 95 %: without any change, |B - A|/U exceeds 1 in one of twenty cells. \
              A cell differs if its difference is too large for chance, given the number of cells.",

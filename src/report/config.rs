@@ -1,12 +1,13 @@
 //! The settings in force, and where each comes from.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::Table;
+use stiffbench_document::{Document, TextColumn};
+
+use super::text::or_dash;
 
 /// The settings in force.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -70,37 +71,31 @@ pub struct ConfigFileReport {
 impl ConfigReport {
     /// The settings in words.
     #[must_use]
-    pub fn text(&self, with_origin: bool) -> String {
-        let heads: &[&str] = if with_origin {
-            &["setting", "value", "from"]
-        } else {
-            &["setting", "value"]
-        };
-        let mut rows = Table::new(heads);
-        for setting in &self.settings {
-            let value = setting.value.clone().unwrap_or_else(|| "-".to_owned());
-            let mut row = vec![setting.name.clone(), value];
-            if with_origin {
-                row.push(setting.from());
-            }
-            rows.row(row);
+    pub fn document(&self, with_origin: bool) -> Document {
+        let mut document = Document::new();
+        let mut columns: Vec<TextColumn<'_, &SettingReport>> = vec![
+            ("setting", &|one| one.name.clone()),
+            ("value", &|one| or_dash(one.value.clone(), |value| value)),
+        ];
+        if with_origin {
+            columns.push(("from", &|one| one.from()));
         }
-        let mut text = rows.text();
+        document.rows(&self.settings, &columns);
         if self.ignored {
-            text.push_str("\nConfiguration files and variables are ignored.\n");
+            document.paragraph("Configuration files and variables are ignored.");
         }
-        text
+        document
     }
 
     /// The places of files in words.
     #[must_use]
-    pub fn paths_text(&self) -> String {
-        let mut text = String::new();
+    pub fn places(&self) -> Document {
+        let mut document = Document::new();
         for file in &self.files {
             let state = if file.exists { "exists" } else { "not there" };
-            let _ = writeln!(text, "{} ({state})", file.path.display());
+            document.lines(format!("{} ({state})", file.path.display()));
         }
-        text
+        document
     }
 }
 

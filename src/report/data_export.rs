@@ -1,6 +1,5 @@
 //! Tables that were written for other programs.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
@@ -8,7 +7,7 @@ use serde::Serialize;
 
 use crate::export::tidy::TidyTable;
 
-use stiffbench_document::Table;
+use stiffbench_document::Document;
 
 /// Tables that were written for other programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -75,32 +74,33 @@ impl From<&TidyTable> for ExportedTable {
 impl DataExportReport {
     /// What was written, in words.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut rows = Table::new(&["table", "rows", "columns", "a row is"]);
-        for table in &self.tables {
-            let counts = [table.rows, table.columns.len()].map(|count| count.to_string());
-            let [count, columns] = counts;
-            rows.row([table.name.clone(), count, columns, table.row.clone()]);
-        }
-        let mut text = rows.text();
-        text.push_str("\nWritten:\n");
-        for file in &self.files {
-            let _ = writeln!(text, "  {}", file.path.display());
-        }
-        text.push_str(
-            "\ndatapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.\n",
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
+        document.rows(
+            &self.tables,
+            &[
+                ("table", &|table| table.name.clone()),
+                ("rows", &|table| table.rows.to_string()),
+                ("columns", &|table| table.columns.len().to_string()),
+                ("a row is", &|table| table.row.clone()),
+            ],
         );
-        text.push_str("\nIn Python:\n");
-        for line in self.pandas_snippet().lines() {
-            let _ = writeln!(text, "  {line}");
+        document.paragraph("Written:");
+        for file in &self.files {
+            document.lines(format!("  {}", file.path.display()));
         }
-        text
+        document.paragraph("datapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.");
+        document.paragraph("In Python:");
+        for line in self.python_lines() {
+            document.lines(format!("  {line}"));
+        }
+        document
     }
 
     /// Lines of Python that read the tables into data frames.
-    fn pandas_snippet(&self) -> String {
+    fn python_lines(&self) -> Vec<String> {
         let folder = self.folder.display().to_string().replace('\\', "/");
-        let mut lines = "import pandas as pd\n".to_owned();
+        let mut lines = vec!["import pandas as pd".to_owned()];
         for table in &self.tables {
             let name = &table.name;
             let call = match self.format {
@@ -117,7 +117,7 @@ impl DataExportReport {
             } else {
                 ""
             };
-            let _ = writeln!(lines, "{variable} = pd.{call}{accepted}");
+            lines.push(format!("{variable} = pd.{call}{accepted}"));
         }
         lines
     }

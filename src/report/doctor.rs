@@ -1,10 +1,9 @@
 //! Checks of the computer before a session.
 
-use std::fmt::Write;
-
 use crate::count::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::Document;
 
 /// Checks of the computer.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -90,26 +89,32 @@ impl DoctorReport {
 
     /// The checks in words.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = String::new();
+    pub fn document(&self) -> Document {
+        let state = |check: &&CheckReport| match check.state {
+            CheckState::Ok => "ok".to_owned(),
+            CheckState::Warning => "warning".to_owned(),
+            CheckState::Failed => "FAILED".to_owned(),
+        };
+        let mut document = Document::new();
+        document.rows(
+            &self.checks,
+            &[
+                ("state", &state),
+                ("check", &|check| check.name.clone()),
+                ("found", &|check| check.found.clone()),
+            ],
+        );
         for check in &self.checks {
-            let state = match check.state {
-                CheckState::Ok => "ok",
-                CheckState::Warning => "warning",
-                CheckState::Failed => "FAILED",
-            };
-            let _ = writeln!(text, "{state:<8} {:<14} {}", check.name, check.found);
             if let Some(remedy) = &check.remedy {
-                let _ = writeln!(text, "{:<24}-> {remedy}", "");
+                document.item(format!("{}: {remedy}", check.name));
             }
         }
-        let _ = writeln!(
-            text,
-            "\n{}, {}, {} failed",
+        document.paragraph(format!(
+            "{}, {}, {} failed",
             counted(self.checks.len(), "check"),
             counted(self.warnings, "warning"),
             self.failed
-        );
-        text
+        ));
+        document
     }
 }

@@ -1,10 +1,8 @@
 //! Explanations of error codes, exit codes, laws and verdicts.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::wrapped;
+use stiffbench_document::Document;
 
 /// An explanation, or the list of what can be explained.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -76,54 +74,50 @@ pub struct LawForm {
 impl TopicReport {
     /// The explanation in words.
     #[must_use]
-    pub fn text(&self) -> String {
-        let head = match (self.kind, self.exit_code) {
-            (TopicKind::Error, Some(exit)) => format!("error {}, exit code {exit}", self.name),
-            (TopicKind::Error, None) => format!("error {}", self.name),
-            (TopicKind::Law, _) => format!("law {}", self.name),
-            (TopicKind::Verdict, _) => format!("verdict {}", self.name),
-            (TopicKind::ExitCode, _) => format!("exit code {}", self.name),
+    pub fn document(&self) -> Document {
+        let kind = match self.kind {
+            TopicKind::Error => "error",
+            TopicKind::Law => "law",
+            TopicKind::Verdict => "verdict",
+            TopicKind::ExitCode => "exit code",
         };
-        let mut text = format!("{head}\n\n{}\n", wrapped(&self.cause, 100, "", ""));
+        let exit = match (self.kind, self.exit_code) {
+            (TopicKind::Error, Some(exit)) => format!(", exit code {exit}"),
+            _ => String::new(),
+        };
+        let mut document = Document::of(format!("{kind} {}{exit}", self.name));
+        document.paragraph(&self.cause);
         for form in &self.forms {
-            let parameters = if form.parameters.is_empty() {
-                "none".to_owned()
-            } else {
-                form.parameters.join("; ")
-            };
-            let _ = write!(
-                text,
-                "\n{}\n  equation    {}\n  place       {}\n  parameters  {parameters}\n",
-                form.name, form.equation, form.place
-            );
+            document.paragraph(&form.name);
+            document.pair("equation", &form.equation);
+            document.pair("place", &form.place);
+            let parameters = form.parameters.join("; ");
+            let none = parameters.is_empty().then(|| "none".to_owned());
+            document.pair("parameters", none.unwrap_or(parameters));
         }
-        let _ = write!(
-            text,
-            "\nWhat to do: {}\n\nExample:\n  {}\n",
-            wrapped(&self.remedy, 88, "", ""),
-            self.example
-        );
-        text
+        document.paragraph(format!("What to do: {}", self.remedy));
+        document.paragraph("Example:");
+        document.lines(format!("  {}", self.example));
+        document
     }
 }
 
 impl TopicList {
     /// The list in words.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = String::new();
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
         for (head, names) in [
             ("Verdicts of a diagnosis", &self.verdicts),
             ("Laws", &self.laws),
             ("Error codes", &self.errors),
         ] {
-            let _ = writeln!(text, "{head}:");
+            document.paragraph(format!("{head}:"));
             for name in names {
-                let _ = writeln!(text, "  {name}");
+                document.lines(format!("  {name}"));
             }
-            text.push('\n');
         }
-        text.push_str("Next: stiffbench explain NAME\n");
-        text
+        document.paragraph("Next: stiffbench explain NAME");
+        document
     }
 }

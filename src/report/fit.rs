@@ -1,6 +1,6 @@
 //! A fit for people.
 
-use stiffbench_document::{Document, Table, TextColumn, table_of};
+use stiffbench_document::{Document, Table, TextColumn, sign_of, table_of};
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FactorStatus, FitMethod, FitOutcome, StatusWord, WeightBasis};
@@ -10,9 +10,9 @@ use crate::test_point::PoseId;
 
 use super::correlation::correlations;
 use super::fit_report::{FitReport, FittedCellReport, FramesReport, ParameterReport};
-use super::text::{digits, interval, micro, or_dash, p_text, significant};
+use super::robot::physics_document;
+use super::text::{digits, interval, micro, or_dash, p_text, significant, unit_behind};
 use crate::count::{counted, degrees_of_freedom};
-use crate::physics::Effect;
 
 /// Probabilities below this are a finding.
 const UNLIKELY: f64 = 0.01;
@@ -40,8 +40,7 @@ impl FitReport {
 }
 
 fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Mechanism {}, {}, {}.",
         fit.mechanism,
         method_words(fit),
@@ -66,7 +65,10 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
     for mark in &fit.marked {
         document.item(mark_words(mark));
     }
-    document.append(held_fixed(&fit.physics));
+    document.append(physics_document(
+        "Physics beside the beams, held fixed:",
+        &fit.physics,
+    ));
     document.append(parameter_tables(&fit.parameters));
     if let Some(drawn) = &fit.bootstrap {
         document.paragraph(format!(
@@ -99,18 +101,6 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
     }
     for warning in &outcome.warnings {
         document.paragraph(format!("note: {warning}"));
-    }
-    document
-}
-
-/// What acts beside the linear structure; empty without effects.
-fn held_fixed(physics: &[Effect]) -> Document {
-    let mut document = Document::new();
-    if !physics.is_empty() {
-        document.paragraph("Physics beside the beams, held fixed:");
-        for effect in physics {
-            document.item(effect.to_string());
-        }
     }
     document
 }
@@ -210,7 +200,7 @@ fn parameter_tables(parameters: &[ParameterReport]) -> Document {
                 ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
             );
         }
-        document.table(table_of(factors, &columns));
+        document.rows(factors, &columns);
     }
     if springs.is_empty() {
         return document;
@@ -246,7 +236,7 @@ fn parameter_tables(parameters: &[ParameterReport]) -> Document {
             }),
         );
     }
-    document.table(table_of(springs, &columns));
+    document.rows(springs, &columns);
     document
 }
 
@@ -281,9 +271,9 @@ fn undetermined(fit: &FitReport) -> Document {
 fn component_scatter(fit: &FitReport, basis: WeightBasis) -> Option<String> {
     let displacement = fit.displacement_sd_um;
     let displacement =
-        displacement.map(|sd| format!("{} um of a displacement", significant(sd, 3)));
+        displacement.map(|sd| format!("{} µm of a displacement", significant(sd, 3)));
     let rotation = fit.rotation_sd_urad;
-    let rotation = rotation.map(|sd| format!("{} urad of a rotation", significant(sd, 3)));
+    let rotation = rotation.map(|sd| format!("{} µrad of a rotation", significant(sd, 3)));
     let (source, load_sd, dof) = match basis {
         WeightBasis::Pooled { run_slope_sd, dof } => ("from the repeats", run_slope_sd, dof),
         WeightBasis::FromResiduals { run_slope_sd, dof } => {
@@ -405,8 +395,7 @@ fn agreement_sentences(fit: &FitReport) -> Vec<String> {
 
 /// Planned load cases with what they do for the parameters.
 fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Document {
-    let mut document = Document::new();
-    document.paragraph(
+    let mut document = Document::of(
         "Next load cases that would best determine the open parameters (standard errors now and after each):",
     );
     for next in planned {
@@ -419,7 +408,7 @@ fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Docum
             // Of a factor the error of its logarithm is planned; the table has that of its value.
             let (scale, unit) = match own {
                 Some(own) if own.unit == "1" => (own.value.unwrap_or(1.0), String::new()),
-                Some(own) => (1.0, format!(" {}", own.unit)),
+                Some(own) => (1.0, unit_behind(&own.unit)),
                 None => (1.0, String::new()),
             };
             let [now, then] = [one.now, one.then].map(|error| {
@@ -474,7 +463,7 @@ fn derived(derived: &[DerivedQuantity]) -> Document {
     if derived.is_empty() {
         return document;
     }
-    document.table(table_of(
+    document.rows(
         derived,
         &[
             ("derived", &|one| one.name.clone()),
@@ -483,7 +472,7 @@ fn derived(derived: &[DerivedQuantity]) -> Document {
             ("standard error", &|one| digits(one.se, 2)),
             ("95 % interval", &|one| interval(one.ci95, 4)),
         ],
-    ));
+    );
     for one in derived {
         if let Some(known) = &one.words {
             document.item(format!("{}: {known}.", one.name));
@@ -524,15 +513,15 @@ fn cells(fit: &FitReport) -> Document {
     let held_out = |cell: &&FittedCellReport| if cell.held_out { "yes" } else { "" }.to_owned();
     let mut document = Document::new();
     if !fit.cells.is_empty() {
-        document.table(table_of(
+        document.rows(
             &fit.cells,
             &[
                 ("pose", &|cell| {
                     of_session(cell.session.as_ref(), &cell.pose)
                 }),
                 ("direction", &|cell| cell.direction.to_string()),
-                ("measured, N/um", &|cell| digits(cell.measured.value, 4)),
-                ("predicted, N/um", &|cell| digits(cell.predicted.value, 4)),
+                ("measured, N/µm", &|cell| digits(cell.measured.value, 4)),
+                ("predicted, N/µm", &|cell| digits(cell.predicted.value, 4)),
                 ("predicted/measured, %", &|cell| {
                     format!("{:.2}", cell.ratio_percent)
                 }),
@@ -542,7 +531,7 @@ fn cells(fit: &FitReport) -> Document {
                     ("held out", &held_out)
                 },
             ],
-        ));
+        );
     }
     if !fit.across.is_empty() {
         document.table(across(fit));
@@ -575,11 +564,11 @@ fn across(fit: &FitReport) -> Table {
             ("pose", &|one| of_session(one.session.as_ref(), &one.pose)),
             ("load", &|one| one.load.clone()),
             ("axis", &|one| one.axis.to_string()),
-            ("measured, um/N", &|one| digits(one.measured.value, 4)),
-            ("u, um/N", &|one| {
+            ("measured, µm/N", &|one| digits(one.measured.value, 4)),
+            ("u, µm/N", &|one| {
                 digits(one.measured.standard_uncertainty, 2)
             }),
-            ("predicted, um/N", &|one| digits(one.predicted.value, 4)),
+            ("predicted, µm/N", &|one| digits(one.predicted.value, 4)),
         ],
     )
 }
@@ -593,7 +582,10 @@ fn frames_table(fitted: &FramesReport) -> Document {
         frames.tool_point_mm,
     ];
     let unit = |unit: &str| if unit == "urad" { "deg" } else { "mm" }.to_owned();
-    let table = table_of(
+    let mut document = Document::of(
+        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:",
+    );
+    document.rows(
         fitted.parameters.iter().zip(values.as_flattened()),
         &[
             ("frame", &|(one, _)| one.name.to_owned()),
@@ -602,14 +594,9 @@ fn frames_table(fitted: &FramesReport) -> Document {
             ("standard error", &|(one, _)| {
                 digits(one.standard_error.map(micro), 2)
             }),
-            ("unit", &|(one, _)| one.unit.to_owned()),
+            ("unit", &|(one, _)| sign_of(one.unit)),
         ],
     );
-    let mut document = Document::new();
-    document.paragraph(
-        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:",
-    );
-    document.table(table);
     document
 }
 
@@ -633,15 +620,6 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
     } else {
         rows.push(("all".to_owned(), [fit.rigid_rms_m(), fitted, unseen]));
     }
-    let table = table_of(
-        rows,
-        &[
-            ("pose", &|(name, _)| name.clone()),
-            ("rigid, um", &|(_, errors)| um(errors[0])),
-            ("fitted, um", &|(_, errors)| um(errors[1])),
-            ("without its pose, um", &|(_, errors)| um(errors[2])),
-        ],
-    );
     let (what, own) = if fit.frames.is_some() {
         ("positions", ", with its own base frame and tool point")
     } else {
@@ -655,15 +633,22 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
         (true, _) => "fitted factors 1",
         (false, false) => "fitted springs without compliance, fitted factors 1",
     };
-    let mut document = Document::new();
-    document.paragraph(format!("Root mean square error of the {what}:"));
-    document.table(table);
+    let mut document = Document::of(format!("Root mean square error of the {what}:"));
+    document.rows(
+        rows,
+        &[
+            ("pose", &|(name, _)| name.clone()),
+            ("rigid, µm", &|(_, errors)| um(errors[0])),
+            ("fitted, µm", &|(_, errors)| um(errors[1])),
+            ("without its pose, µm", &|(_, errors)| um(errors[2])),
+        ],
+    );
     document.paragraph(format!(
         "Rigid: the robot without the fitted parameters{own} ({without})."
     ));
     if let (Some(rigid), Some(unseen)) = (fit.rigid_unseen_m(), unseen) {
         document.paragraph(format!(
-            "In {}: {} um of the rigid robot -> {} um of the fit.",
+            "In {}: {} µm of the rigid robot -> {} µm of the fit.",
             if held_out > 0 {
                 format!("the {} left out", counted(held_out, "pose"))
             } else {

@@ -1,6 +1,5 @@
 //! An import: what the columns of a file were taken for, and what became of them.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
@@ -9,9 +8,9 @@ use serde::Serialize;
 use crate::import::{ColumnGuess, GuessedFrom};
 use crate::stiffness::StiffnessTable;
 
-use super::stiffness::stiffness_text;
+use super::stiffness::stiffness_document;
 use crate::count::counted;
-use stiffbench_document::Table;
+use stiffbench_document::{Document, Table};
 
 /// A table that became a session folder.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -39,24 +38,23 @@ pub struct ImportReport {
 impl ImportReport {
     /// The import in words.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = columns_text(&self.columns);
-        let _ = writeln!(
-            text,
-            "\n{} in {}, poses {}, written to {}.\n",
+    pub fn document(&self) -> Document {
+        let folder = self.folder.display();
+        let mut document = columns_document(&self.columns);
+        document.paragraph(format!(
+            "{} in {}, poses {}, written to {folder}.",
             counted(self.readings, "reading"),
             counted(self.runs, "run"),
             self.poses.join(", "),
-            self.folder.display()
-        );
-        text.push_str(&stiffness_text(&self.stiffness, false));
-        let folder = self.folder.display();
-        let _ = writeln!(
-            text,
-            "\nNext: stiffbench stiffness {folder}, and with a robot (--robot FILE) stiffbench fit {folder} and stiffbench diagnose {folder}.\n\
-             The next file with the same columns: stiffbench import FILE --out FOLDER --mapping {folder}/mapping.toml"
-        );
-        text
+        ));
+        document.append(stiffness_document(&self.stiffness, false));
+        document.next(format!(
+            "stiffness {folder}, and with a robot (--robot FILE) stiffbench fit {folder} and stiffbench diagnose {folder}."
+        ));
+        document.lines(format!(
+            "The next file with the same columns: stiffbench import FILE --out FOLDER --mapping {folder}/mapping.toml"
+        ));
+        document
     }
 }
 
@@ -65,7 +63,7 @@ const MOST_UNUSED: usize = 40;
 
 /// The first rows of a file, and what its columns were taken for.
 #[must_use]
-pub fn columns_text(columns: &[ColumnGuess]) -> String {
+pub fn columns_document(columns: &[ColumnGuess]) -> Document {
     let mut table = Table::new(&["column", "first values", "taken as", "unit", "by"]);
     let mut unused = 0;
     for column in columns {
@@ -89,10 +87,11 @@ pub fn columns_text(columns: &[ColumnGuess]) -> String {
             by.to_owned(),
         ]);
     }
-    let mut text = table.text();
+    let mut document = Document::new();
+    document.table(table);
     if unused > MOST_UNUSED {
         let further = unused - MOST_UNUSED;
-        let _ = writeln!(text, "Not used: {}.", counted(further, "further column"));
+        document.paragraph(format!("Not used: {}.", counted(further, "further column")));
     }
-    text
+    document
 }

@@ -46,7 +46,7 @@ pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 use data_checks::{factor_words, table_mistake_words, usual_unit};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
-pub use design::design_text;
+pub use design::design_document;
 pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisSummary, EarlierReport,
     FactorChangeReport, FindingReport, FittedParameter, IntervalEnd, KnownEffectReport,
@@ -64,7 +64,7 @@ pub use fit_report::{
     PaperSteps, ParameterReport, PoseFitReport,
 };
 pub use fitted::Fitted;
-pub use import::{ImportReport, columns_text};
+pub use import::{ImportReport, columns_document};
 pub use instrument::*;
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
@@ -74,7 +74,7 @@ pub use map::{
     MechanismWeight, MeshField, MeshPoints, RefinedExtremeJson, RefinedPose, RegionPlace,
     SampledStiffness, SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause,
     ShiftReport, ShiftStatistics, ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose,
-    mesh_of, points_csv, sensitivity_text, vtu,
+    mesh_of, points_csv, sensitivity_document, vtu,
 };
 pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
@@ -82,8 +82,8 @@ pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
-    ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
-    OutermostPoint, RobotReport, WorkspaceReport, robot_check_text,
+    BESIDE_BEAMS, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
+    OutermostPoint, RobotReport, WorkspaceReport, physics_document, robot_check_document,
 };
 pub use robot_pose::{pose_drawing, robot_figure, with_equal_views};
 pub use schemas::{schema_of, schemas};
@@ -91,7 +91,7 @@ pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
 pub use stiffbench_document::{Document, DocumentBlock, Table, TextColumn, table_of};
-pub use stiffness::stiffness_text;
+pub use stiffness::stiffness_document;
 pub use stored_fit::{StoredFit, StoredInput, StoredInputs, StoredModel};
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};

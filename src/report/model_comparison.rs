@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, table_of};
+use stiffbench_document::Document;
 
 use crate::least_squares::SigmaMode;
 use crate::statistics::{f_upper_tail, root_mean_square};
@@ -242,7 +242,8 @@ impl ModelComparison {
 
     /// The comparison for people.
     pub(super) fn document(&self) -> Document {
-        let table = table_of(
+        let mut document = Document::of("Models of the same cells; the smallest AICc is best:");
+        document.rows(
             &self.models,
             &[
                 ("model", &|one| one.name.clone()),
@@ -259,9 +260,6 @@ impl ModelComparison {
                 }),
             ],
         );
-        let mut document = Document::new();
-        document.paragraph("Models of the same cells; the smallest AICc is best:");
-        document.table(table);
         if self.models.iter().any(|model| model.effects > 0) {
             document.paragraph("Effects are held fixed: their parameters are not counted.");
         }

@@ -4,12 +4,11 @@
 
 mod models;
 
-use std::fmt::Write;
-
+use indexmap::{IndexMap, IndexSet};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use stiffbench_document::table_of;
+use stiffbench_document::Document;
 
 use crate::fit::{
     FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
@@ -226,49 +225,41 @@ pub fn direction(word: &str) -> Option<Direction> {
 impl PaperReport {
     /// All cells by table, the list of those that cannot be had, and the fits of Table VI.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = String::new();
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
         for (table, title) in TITLES {
-            let cells: Vec<&PaperCell> = self
-                .cells
-                .iter()
-                .filter(|cell| cell.table == table)
-                .collect();
+            let cells = self.cells.iter().filter(|cell| cell.table == table);
+            let cells: Vec<&PaperCell> = cells.collect();
             let have: Vec<&&PaperCell> = cells.iter().filter(|cell| cell.ours.is_some()).collect();
             let reproduced = have.iter().filter(|cell| cell.reproduced).count();
-            let _ = writeln!(
-                text,
-                "Table {table}. {title}\n{} printed cells, {} computed here, {reproduced} of these within {:.0} % of the print.\n",
+            document.paragraph(format!(
+                "Table {table}. {title}: {} printed cells, {} computed here, {reproduced} of these within {:.0} % of the print.",
                 cells.len(),
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
+            ));
+            document.rows(
+                have,
+                &[
+                    ("row", &|cell| cell.row.clone()),
+                    ("place", &|cell| cell.place.clone()),
+                    ("quantity", &|cell| cell.quantity.clone()),
+                    ("paper", &|cell| printed(cell.paper)),
+                    ("ours", &|cell| or_dash(cell.ours, printed)),
+                    ("ours/paper", &|cell| {
+                        or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
+                    }),
+                ],
             );
-            text.push_str(
-                &table_of(
-                    have,
-                    &[
-                        ("row", &|cell| cell.row.clone()),
-                        ("place", &|cell| cell.place.clone()),
-                        ("quantity", &|cell| cell.quantity.clone()),
-                        ("paper", &|cell| printed(cell.paper)),
-                        ("ours", &|cell| or_dash(cell.ours, printed)),
-                        ("ours/paper", &|cell| {
-                            or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
-                        }),
-                    ],
-                )
-                .text(),
-            );
-            text.push_str(&reasons(&cells));
-            text.push('\n');
+            add_reasons(&mut document, &cells);
         }
-        text.push_str(&self.fits_text());
-        text
+        document.append(self.fits_document());
+        document
     }
 
     /// The fits of Table VI beside the paper's worst errors.
     #[must_use]
-    pub fn fits_text(&self) -> String {
+    pub fn fits_document(&self) -> Document {
         let [first, second] = self.stated_worst_percent;
         let worst = |outcome: &FitOutcome| {
             let mut errors: Vec<(f64, String)> = outcome
@@ -286,7 +277,8 @@ impl PaperReport {
         let stated = [first, second].map(|error| format!("{error:.2} %"));
         let (procedure, joint) = (worst(&self.procedure), worst(&self.joint));
         let what = "fit to the measured stiffness of P1 and P3, validated on P2 and P4";
-        table_of(
+        let mut document = Document::new();
+        document.rows(
             [
                 ("the paper's model, as printed", stated),
                 ("its procedure, on this reconstruction", procedure),
@@ -297,8 +289,8 @@ impl PaperReport {
                 ("largest error", &|(_, [first, _])| first.clone()),
                 ("second", &|(_, [_, second])| second.clone()),
             ],
-        )
-        .text()
+        );
+        document
     }
 }
 
@@ -328,33 +320,20 @@ const TITLES: [(&str, &str); 5] = [
 ];
 
 /// Cells that cannot be had or differ, grouped by reason.
-pub(super) fn reasons(cells: &[&PaperCell]) -> String {
-    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+pub(super) fn add_reasons(document: &mut Document, cells: &[&PaperCell]) {
+    let mut groups: IndexMap<&str, IndexSet<String>> = IndexMap::new();
     for cell in cells {
-        let Some(reason) = cell.reason else {
-            continue;
-        };
-        let name = [cell.row.as_str(), cell.place.as_str()]
-            .into_iter()
-            .filter(|part| !part.is_empty())
-            .collect::<Vec<_>>()
-            .join(" ");
-        match groups.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, names)) => {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-            None => groups.push((reason, vec![name])),
-        }
+        let names = cell.reason.map(|reason| groups.entry(reason).or_default());
+        let name = format!("{} {}", cell.row, cell.place).trim().to_owned();
+        names.into_iter().for_each(|names| {
+            names.insert(name.clone());
+        });
     }
-    let lines = groups
-        .iter()
-        .map(|(reason, names)| format!("- {reason}: {}\n", names.join("; ")));
-    let lines: String = lines.collect();
-    if lines.is_empty() {
-        lines
-    } else {
-        format!("\nNot reproduced, and why:\n{lines}")
+    if !groups.is_empty() {
+        document.paragraph("Not reproduced, and why:");
+    }
+    for (reason, names) in groups {
+        let names: Vec<String> = names.into_iter().collect();
+        document.item(format!("{reason}: {}", names.join("; ")));
     }
 }

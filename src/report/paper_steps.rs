@@ -12,8 +12,7 @@ use super::text::significant;
 impl PaperSteps {
     /// The nine steps for people, up to the combination.
     pub(super) fn document(&self, mechanism: &str) -> Document {
-        let mut document = Document::new();
-        document.paragraph(format!(
+        let mut document = Document::of(format!(
             "Step 1. Objective: a multi-source (M-FSD) model of mechanism {mechanism}."
         ));
         let single_source = factors_text(self.single_source_factors.beam);
@@ -52,8 +51,7 @@ impl PaperSteps {
 }
 
 fn of_pose(pose: &PoseFitReport) -> Document {
-    let mut document = Document::new();
-    document.paragraph(format!("Pose {}: significance of the constants", pose.pose));
+    let mut document = Document::of(format!("Pose {}: significance of the constants", pose.pose));
     document.append(pose.significance.of_constants());
     document.paragraph(format!("Sequence: {}.", sequence_text(&pose.sequence)));
     document.paragraph(trials_text(&pose.trials));

@@ -1,14 +1,12 @@
 //! What the model of a part predicts for a table.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::table_of;
+use stiffbench_document::Document;
 
+use crate::export::tidy::csv_of;
 use crate::mismatch::PartModel;
-use crate::readings::escape_formula;
 use crate::specimen::SpecimenTable;
 
 use super::text::{significant, unit_behind, with_unit};
@@ -115,31 +113,29 @@ impl PredictionReport {
 
     /// In words.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let number = |value: f64| significant(value, 5);
-        let mut text = format!(
-            "{} predicted, ± {} (95 %, from {} left out of the fit; the zero of a run is not included).\n",
+        let mut document = Document::of(format!(
+            "{} predicted, ± {} (95 %, from {} left out of the fit; the zero of a run is not included).",
             counted(self.rows.len(), "reading"),
             number(self.band) + &unit_behind(&self.answer_unit),
             counted(self.band_readings, "reading")
-        );
+        ));
         if self.beyond_range > 0 {
             let [low, high] = self.range.map(number);
-            let _ = writeln!(
-                text,
+            document.paragraph(format!(
                 "Outside the range of the fit, {low} to {high}{}: {}; the band is not known there.",
                 unit_behind(&self.driver_unit),
                 counted(self.beyond_range, "row")
-            );
+            ));
         }
         if self.runs.is_empty() {
-            text.push_str("The table has no measured values to compare with.\n");
-            return text;
+            document.paragraph("The table has no measured values to compare with.");
+            return document;
         }
         let head = |what: &str| with_unit(what, &self.answer_unit);
         let (zero, rms) = (head("zero"), head("rms about it"));
-        text.push('\n');
-        text + &table_of(
+        document.rows(
             &self.runs,
             &[
                 ("run", &|run| run.run.clone()),
@@ -151,8 +147,8 @@ impl PredictionReport {
                     format!("{:.0} %", 100.0 * run.within_band)
                 }),
             ],
-        )
-        .text()
+        );
+        document
     }
 
     /// As a table: comma, point, one row a reading, units in the names of the columns.
@@ -163,8 +159,7 @@ impl PredictionReport {
             unit => format!("{name} ({unit})"),
         };
         let answer = |name: &str| header(name, &self.answer_unit);
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let names = [
+        let heads = [
             "line".to_owned(),
             "run".to_owned(),
             header("driver", &self.driver_unit),
@@ -174,19 +169,14 @@ impl PredictionReport {
             answer("measured"),
         ];
         let rows = self.rows.iter().map(|row| {
-            let numbers = [row.driver, row.predicted, row.low, row.high].map(|n| n.to_string());
-            let [driver, predicted, low, high] = numbers;
-            let measured = row.measured.map_or_else(String::new, |m| m.to_string());
-            let (line, run) = (row.line.to_string(), escape_formula(&row.run).into_owned());
-            [line, run, driver, predicted, low, high, measured]
+            let numbers = [row.driver, row.predicted, row.low, row.high].map(Some);
+            let numbers = numbers.into_iter().chain([row.measured]);
+            let numbers = numbers.map(|one| one.map_or_else(String::new, |n| n.to_string()));
+            let named = [row.line.to_string(), row.run.clone()];
+            named.into_iter().chain(numbers).collect()
         });
-        for row in std::iter::once(names).chain(rows) {
-            writer
-                .write_record(&row)
-                .expect("memory takes whatever is written");
-        }
-        let bytes = writer.into_inner().expect("memory can be flushed");
-        String::from_utf8(bytes).expect("the fields are UTF-8")
+        let rows: Vec<Vec<String>> = rows.collect();
+        csv_of(heads.iter().map(String::as_str), &rows)
     }
 }
 

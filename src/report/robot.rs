@@ -1,12 +1,10 @@
 //! A robot, its mobility and its compliance, for people and for programs.
 
-use std::fmt::Write;
-
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Table, table_of};
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{RobotCheck, stiffness_words};
 use crate::physics::{ActingPhysics, Effect};
@@ -117,9 +115,9 @@ impl RobotReport {
 
     /// The same for people.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = format!(
-            "{} bodies, {} joints, {} nodes, {} elements, {} rigid links, {} springs, {} sections, end node {}, supports {}.\n\n",
+    pub fn document(&self) -> Document {
+        let mut document = Document::of(format!(
+            "{} bodies, {} joints, {} nodes, {} elements, {} rigid links, {} springs, {} sections, end node {}, supports {}.",
             self.bodies,
             self.joints,
             self.nodes,
@@ -129,32 +127,25 @@ impl RobotReport {
             self.sections,
             self.end,
             self.supports.join(", ")
+        ));
+        document.rows(
+            &self.mechanisms,
+            &[
+                ("mechanism", &|one| one.name.clone()),
+                ("chains", &|one| one.chains.join(" ")),
+                ("elements", &|one| one.elements.len().to_string()),
+                ("rigid links", &|one| one.rigid_links.len().to_string()),
+                ("joints", &|one| one.joints.len().to_string()),
+            ],
         );
-        text.push_str(
-            &table_of(
-                &self.mechanisms,
-                &[
-                    ("mechanism", &|one| one.name.clone()),
-                    ("chains", &|one| one.chains.join(" ")),
-                    ("elements", &|one| one.elements.len().to_string()),
-                    ("rigid links", &|one| one.rigid_links.len().to_string()),
-                    ("joints", &|one| one.joints.len().to_string()),
-                ],
-            )
-            .text(),
-        );
-        text.push('\n');
-        text.push_str(
-            &table_of(
-                &self.variables,
-                &[
-                    ("variable", &|one| one.name.clone()),
-                    ("smallest, deg", &|one| one.min_deg.to_string()),
-                    ("largest, deg", &|one| one.max_deg.to_string()),
-                    ("nominal, deg", &|one| one.nominal_deg.to_string()),
-                ],
-            )
-            .text(),
+        document.rows(
+            &self.variables,
+            &[
+                ("variable", &|one| one.name.clone()),
+                ("smallest, deg", &|one| one.min_deg.to_string()),
+                ("largest, deg", &|one| one.max_deg.to_string()),
+                ("nominal, deg", &|one| one.nominal_deg.to_string()),
+            ],
         );
         let names = self.variables.iter().map(|variable| variable.name.as_str());
         let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
@@ -163,11 +154,11 @@ impl RobotReport {
             let angles = pose.pose.angles_deg.iter().map(f64::to_string);
             rows.row(std::iter::once(pose.id.to_string()).chain(angles));
         }
-        let _ = write!(text, "\n{}", rows.text());
+        document.table(rows);
         let sets = self.factors.keys().cloned().collect::<Vec<_>>().join(", ");
         let sets = if sets.is_empty() { "none" } else { &sets };
-        let _ = writeln!(text, "\nFactor sets: {sets}.");
-        text
+        document.paragraph(format!("Factor sets: {sets}."));
+        document
     }
 }
 
@@ -205,46 +196,43 @@ impl MobilityReport {
 
     /// Count by formula beside count by rank.
     #[must_use]
-    pub fn text(&self) -> String {
-        let equations = |host: bool| if host { "(2) and (3)" } else { "(4) and (5)" }.to_owned();
-        let chains = table_of(
-            &self.chains,
-            &[
-                ("chain", &|one| one.chain.clone()),
-                ("n", &|one| one.components.to_string()),
-                ("g", &|one| one.joints.to_string()),
-                ("mu", &|one| one.overconstraints.to_string()),
-                ("nu", &|one| one.redundant_constraints.to_string()),
-                ("lambda", &|one| one.general_constraints.to_string()),
-                ("equations", &|one| equations(one.host)),
-                ("F", &|one| one.freedoms.to_string()),
-            ],
-        )
-        .text();
-        let mut text = match self.total {
-            Some(total) => format!("{chains}\nTotal by eq. (1): F = {total}.\n\n"),
-            None => {
-                "No body of the robot file names its `chain`, so eqs. (1) to (5) do not apply.\n\n"
-                    .to_owned()
-            }
-        };
-        text.push_str(
-            &table_of(
-                &self.mechanisms,
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
+        if let Some(total) = self.total {
+            let equations = |host: bool| if host { "(2) and (3)" } else { "(4) and (5)" };
+            document.rows(
+                &self.chains,
                 &[
-                    ("mechanism", &|one| one.mechanism.clone()),
-                    ("joints", &|one| one.rank_check.joints.to_string()),
-                    ("loops", &|one| one.rank_check.loops.to_string()),
-                    ("rank of 6 x loops conditions", &|one| {
-                        one.rank_check.rank.to_string()
-                    }),
-                    ("freedoms", &|one| one.rank_check.freedoms.to_string()),
+                    ("chain", &|one| one.chain.clone()),
+                    ("n", &|one| one.components.to_string()),
+                    ("g", &|one| one.joints.to_string()),
+                    ("mu", &|one| one.overconstraints.to_string()),
+                    ("nu", &|one| one.redundant_constraints.to_string()),
+                    ("lambda", &|one| one.general_constraints.to_string()),
+                    ("equations", &|one| equations(one.host).to_owned()),
+                    ("F", &|one| one.freedoms.to_string()),
                 ],
-            )
-            .text(),
+            );
+            document.paragraph(format!("Total by eq. (1): F = {total}."));
+        } else {
+            document.paragraph(
+                "No body of the robot file names its `chain`, so eqs. (1) to (5) do not apply.",
+            );
+        }
+        document.rows(
+            &self.mechanisms,
+            &[
+                ("mechanism", &|one| one.mechanism.clone()),
+                ("joints", &|one| one.rank_check.joints.to_string()),
+                ("loops", &|one| one.rank_check.loops.to_string()),
+                ("rank of 6 x loops conditions", &|one| {
+                    one.rank_check.rank.to_string()
+                }),
+                ("freedoms", &|one| one.rank_check.freedoms.to_string()),
+            ],
         );
-        text.push_str("\nThe second table is the rank of the loop-closure conditions in the first pose of the robot.\n");
-        text
+        document.paragraph("The second table is the rank of the loop-closure conditions in the first pose of the robot.");
+        document
     }
 }
 
@@ -286,37 +274,53 @@ impl ComplianceReport {
         }
     }
 
-    /// The end compliance and the stiffness along each axis.
+    /// The effects beside the beams, the end compliance and the stiffness along each axis.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
         let mut rows = Table::new(&heads);
-        let text = |value: Option<f64>, known: &dyn Fn(f64) -> String| {
-            value.map_or_else(|| "unknown".to_owned(), known)
-        };
         for (name, row) in self.rows.iter().zip(&self.compliance) {
-            rows.row(
-                std::iter::once((*name).to_owned())
-                    .chain(row.map(|entry| text(entry, &|entry| format!("{entry:.6e}")))),
-            );
+            let entries = row.map(|entry| match entry {
+                Some(entry) => format!("{entry:.6e}"),
+                None => "unknown".to_owned(),
+            });
+            rows.row(std::iter::once((*name).to_owned()).chain(entries));
         }
         let stiffness = |i: usize| stiffness_words(self.compliance[i][i], &|k| significant(k, 5));
-        let stiffness = [0, 1, 2].map(stiffness);
-        format!(
-            "{}\n{}. Stiffness along x, y, z: {} N/um.\n",
-            rows.text(),
+        let mut document = physics_document(BESIDE_BEAMS, &self.physics);
+        document.table(rows);
+        document.paragraph(format!(
+            "{}. Stiffness along x, y, z: {} N/µm.",
             self.unit,
-            stiffness.join(", ")
-        )
+            [0, 1, 2].map(stiffness).join(", ")
+        ));
+        document
     }
+}
+
+/// How effects act in a robot without a fit.
+pub const BESIDE_BEAMS: &str = "Physics beside the beams:";
+
+/// Effects under a sentence that says how they act; empty without effects.
+#[must_use]
+pub fn physics_document(sentence: &str, effects: &[Effect]) -> Document {
+    let mut document = Document::new();
+    if !effects.is_empty() {
+        document.paragraph(sentence);
+    }
+    for effect in effects {
+        document.item(effect.to_string());
+    }
+    document
 }
 
 /// A robot file, tried, for people.
 #[must_use]
-pub fn robot_check_text(check: &RobotCheck) -> String {
+pub fn robot_check_document(check: &RobotCheck) -> Document {
     let stiffness = |compliance| stiffness_words(compliance, &|k| format!("{k:.5}"));
     let mark = |is_plausible: bool| if is_plausible { "yes" } else { "no" }.to_owned();
-    let mut text = table_of(
+    let mut document = Document::new();
+    document.rows(
         &check.checked,
         &[
             ("mechanism", &|one| one.mechanism.clone()),
@@ -324,70 +328,63 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             ("tool x, y, z, m", &|one| {
                 one.tool_m.map(|m| format!("{m:.3}")).join(", ")
             }),
-            ("Kx, N/um", &|one| stiffness(one.compliance_m_per_n[0])),
-            ("Ky, N/um", &|one| stiffness(one.compliance_m_per_n[1])),
-            ("Kz, N/um", &|one| stiffness(one.compliance_m_per_n[2])),
+            ("Kx, N/µm", &|one| stiffness(one.compliance_m_per_n[0])),
+            ("Ky, N/µm", &|one| stiffness(one.compliance_m_per_n[1])),
+            ("Kz, N/µm", &|one| stiffness(one.compliance_m_per_n[2])),
             ("plausible", &|one| or_dash(one.plausible, mark)),
         ],
-    )
-    .text()
-        + "\n";
+    );
     if let Some(reach) = check.reach_m {
-        let _ = writeln!(text, "Reach in these poses: {reach:.3} m.");
+        document.item(format!("Reach in these poses: {reach:.3} m."));
     }
-    let _ = match check.mass_kg {
-        Some(mass) => writeln!(text, "Mass: {} kg.", significant(mass, 4)),
-        None => writeln!(
-            text,
-            "Mass: not stated; the robot's own weight is neglected."
+    document.item(match check.mass_kg {
+        Some(mass) => format!("Mass: {} kg.", significant(mass, 4)),
+        None => "Mass: not stated; the robot's own weight is neglected.".to_owned(),
+    });
+    let rigid = format!("Springs {}", ModelParameter::RIGID);
+    for (what, names) in [
+        ("Held to the ground", &check.held),
+        (
+            "Rigid, because no beam leads there",
+            &check.added_rigid_links,
         ),
-    };
-    let _ = writeln!(text, "Held to the ground: {}.", check.held.join(", "));
-    if !check.added_rigid_links.is_empty() {
-        let links = check.added_rigid_links.join(", ");
-        let _ = writeln!(text, "Rigid, because no beam leads there: {links}.");
-    }
-    if !check.free_springs.is_empty() {
-        let _ = writeln!(
-            text,
-            "Free springs, which a fit determines: {}.",
-            check.free_springs.join(", ")
-        );
-        let _ = writeln!(
-            text,
-            "Columns of a table of load cases for `fit`: {}",
-            check.load_case_columns.join(",")
-        );
-    }
-    if !check.rigid_springs.is_empty() {
-        let springs = check.rigid_springs.join(", ");
-        let _ = writeln!(text, "Springs {}: {springs}.", ModelParameter::RIGID);
+        ("Free springs, which a fit determines", &check.free_springs),
+        (&rigid, &check.rigid_springs),
+    ] {
+        if !names.is_empty() {
+            document.item(format!("{what}: {}.", names.join(", ")));
+        }
     }
     for words in &check.unknown_springs {
-        let _ = writeln!(text, "{words}.");
+        document.item(format!("{words}."));
     }
     let mm = |length_m: f64| (1e3 * length_m).round() + 0.0;
     if let Some(floor_m) = check.floor_m {
-        let _ = writeln!(
-            text,
+        document.item(format!(
             "Proposed poses keep joints and tool at least {} mm high.",
             mm(floor_m)
-        );
+        ));
     }
     if let Some(radius_m) = check.base_radius_m {
-        let _ = writeln!(
-            text,
+        document.item(format!(
             "Proposed poses keep the tool {} mm from the vertical through the base.",
             mm(radius_m)
-        );
+        ));
     }
-    text.push_str(if check.findings.is_empty() {
-        "No problems found.\n"
+    if !check.free_springs.is_empty() {
+        document.lines(format!(
+            "Columns of a table of load cases for `fit`: {}",
+            check.load_case_columns.join(",")
+        ));
+    }
+    document.paragraph(if check.findings.is_empty() {
+        "No problems found."
     } else {
-        "See the notes.\n"
+        "See the notes."
     });
-    text
+    document
 }
+
 /// A robot file that was begun.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct NewRobotReport {
@@ -429,20 +426,20 @@ impl NewRobotReport {
 
     /// What there is, and what comes next.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = format!(
-            "{}: {}, {} joints ({}), poses {}.\n",
+    pub fn document(&self) -> Document {
+        let mut document = Document::of(format!(
+            "{}: {}, {} joints ({}), poses {}.",
             self.file,
             self.name,
             self.joints.len(),
             self.joints.join(", "),
             self.poses.join(", ")
-        );
+        ));
         for position in &self.positions {
-            let _ = writeln!(text, "{position}");
+            document.item(position);
         }
-        let _ = writeln!(text, "Next: stiffbench robot check {}", self.file);
-        text
+        document.next(format!("robot check {}", self.file));
+        document
     }
 }
 

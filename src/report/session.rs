@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::fit::{BestPoses, ProposedWithin};
 use crate::load_direction::LoadDirection;
@@ -110,15 +110,14 @@ pub fn best_poses_document(best: &BestPoses) -> Document {
                 || parameter.unloaded_words().to_owned(),
                 |error| significant(error, 2),
             ),
-            parameter.unit().to_owned(),
+            sign_of(parameter.unit()),
         ]);
     }
     let mut poses = Table::new(&["pose", "tool at x, y, z, mm"]);
     for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
         poses.row([named.id.to_string(), tool_words(*tool_m)]);
     }
-    let mut document = Document::new();
-    document.paragraph(format!(
+    let mut document = Document::of(format!(
         "Poses that best determine the parameters, of {} candidates:",
         best.tried
     ));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, table_of};
+use stiffbench_document::Document;
 
 use crate::fit::{Scope, SectionSignificance, SequenceStep};
 use crate::robot::FittingFactors;
@@ -136,7 +136,7 @@ impl SignificanceReport {
             left.map_or_else(String::new, |left| percent(left.each()[axis]))
         };
         let mut document = Document::new();
-        document.table(table_of(
+        document.rows(
             constants.into_iter().chain(links),
             &[
                 ("constant", &|(name, ..)| (*name).to_owned()),
@@ -147,7 +147,7 @@ impl SignificanceReport {
                 ("y: share, %", &|(.., share)| percent(share.y)),
                 ("z: share, %", &|(.., share)| percent(share.z)),
             ],
-        ));
+        );
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
             let shares = Property::ALL.map(|property| self.share[property.name()].each()[i]);
@@ -156,7 +156,7 @@ impl SignificanceReport {
         let compliance = self.compliance_um_per_n.each().map(|c| significant(c, 4));
         document.paragraph(format!(
             "% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the \
-             compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).",
+             compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} µm/N (x, y, z).",
             total[0],
             total[1],
             total[2],
@@ -172,7 +172,7 @@ impl SignificanceReport {
             return document;
         }
         let percent = |part: f64| format!("{:.2}", 100.0 * part);
-        document.table(table_of(
+        document.rows(
             &self.further,
             &[
                 ("parameter", &|one| with_unit(&one.name, one.unit)),
@@ -184,7 +184,7 @@ impl SignificanceReport {
                 ("y: 1 % at", &|one| digits(one.adds_one_percent_at.y, 3)),
                 ("z: 1 % at", &|one| digits(one.adds_one_percent_at.z, 3)),
             ],
-        ));
+        );
         document.paragraph(
             "Share: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.",
         );

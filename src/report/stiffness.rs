@@ -1,10 +1,8 @@
 //! Measured stiffness for people.
 
-use std::fmt::Write;
-
 use indexmap::IndexSet;
 
-use stiffbench_document::table_of;
+use stiffbench_document::Document;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::statistics::Estimate;
@@ -21,89 +19,83 @@ const IN_DOUBT: &str = " ?";
 
 /// The table, its flags and what was left out.
 #[must_use]
-pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
+pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document {
+    let mut document = Document::new();
     let is_in_doubt = |cell: &CellStiffness| cell.flags.iter().any(Flag::spoils_stiffness);
     let in_doubt = table.cells.iter().filter(|cell| is_in_doubt(cell)).count();
+    if in_doubt > 0 {
+        let cells = counted(in_doubt, "cell");
+        document.paragraph(format!(
+            "K of {cells} is in doubt (?): the flags below give the reasons."
+        ));
+    }
     let rows = table.cells.iter().map(|cell| {
         let methods = [Method::Regression, Method::PaperMean];
         (cell, methods.map(|method| columns(cell.by(method))))
     });
-    let rows = table_of(
+    document.rows(
         rows,
         &[
             ("pose", &|(row, _)| row.cell.pose.to_string()),
             ("direction", &|(row, _)| row.cell.direction.to_string()),
             ("runs", &|(row, _)| row.n_runs.to_string()),
-            ("K regression, N/um", &|(row, [own, _])| {
+            ("K regression, N/µm", &|(row, [own, _])| {
                 own[0].clone() + if is_in_doubt(row) { IN_DOUBT } else { "" }
             }),
             ("U", &|(_, [own, _])| own[1].clone()),
             ("k", &|(_, [own, _])| own[2].clone()),
             ("dof", &|(_, [own, _])| own[3].clone()),
-            ("K mean of F/d, N/um", &|(_, [_, paper])| paper[0].clone()),
+            ("K mean of F/d, N/µm", &|(_, [_, paper])| paper[0].clone()),
             ("U", &|(_, [_, paper])| paper[1].clone()),
             ("k", &|(_, [_, paper])| paper[2].clone()),
-            ("zero offset, um", &|(row, _)| {
+            ("zero offset, µm", &|(row, _)| {
                 or_dash(row.zero_offset_m(), |offset| {
                     format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0)
                 })
             }),
         ],
-    )
-    .text();
-    let mut text = String::new();
-    if in_doubt > 0 {
-        let cells = counted(in_doubt, "cell");
-        let _ = writeln!(
-            text,
-            "K of {cells} is in doubt (?): the flags below give the reasons.\n"
-        );
-    }
-    text += &rows;
-    text.push_str(
-        "\nU is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It includes scatter from run to\n\
-         run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of\n\
-         F/d: the paper's mean of force over displacement.\n",
     );
-    text.push_str(&scatter_text(table.pooled_scatter.as_ref()));
+    document.paragraph(ABOUT_UNCERTAINTY);
+    document.paragraph(scatter_words(table.pooled_scatter.as_ref()));
     for cell in &table.cells {
         for (name, result) in [
             ("regression", cell.by(Method::Regression)),
             ("mean of F/d", cell.by(Method::PaperMean)),
         ] {
             if let Err(reason) = result {
-                let _ = writeln!(text, "{}: no stiffness by {name}: {reason}", cell.cell);
+                document.item(format!("{}: no stiffness by {name}: {reason}", cell.cell));
             }
         }
         if is_without_scatter(cell) {
-            let _ = writeln!(
-                text,
+            document.item(format!(
                 "{}: no uncertainty: the readings do not scatter ({}), and no step of the gauges is known",
                 cell.cell,
                 counted(cell.n_runs, "run")
-            );
+            ));
         }
         for flag in flag_lines(cell) {
-            let _ = writeln!(text, "flag, {}: {flag}", cell.cell);
+            document.item(format!("flag, {}: {flag}", cell.cell));
         }
     }
     for skipped in &table.skipped {
-        let _ = writeln!(
-            text,
+        document.item(format!(
             "not in the table: {}: {}",
             skipped.cell, skipped.reason
-        );
+        ));
     }
     if with_budget {
-        text.push_str(&budgets(table));
+        add_budgets(&mut document, table);
     }
-    text
+    document
 }
 
+/// What the columns of the table are.
+const ABOUT_UNCERTAINTY: &str = "U is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It includes scatter from run to run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of F/d: the paper's mean of force over displacement.";
+
 /// The scatter of single readings, and how far off one must be to be found.
-fn scatter_text(pooled: Option<&PooledScatter>) -> String {
+fn scatter_words(pooled: Option<&PooledScatter>) -> String {
     let Some(pooled) = pooled else {
-        return "\nThe repeats are too few to find a single bad reading.\n".to_owned();
+        return "The repeats are too few to find a single bad reading.".to_owned();
     };
     let found = match pooled.smallest_outliers_m {
         Some(ends) => {
@@ -111,18 +103,17 @@ fn scatter_text(pooled: Option<&PooledScatter>) -> String {
             let beyond = if least == most {
                 String::new()
             } else {
-                format!(" in the best cell, from {most} um in the worst")
+                format!(" in the best cell, from {most} µm in the worst")
             };
             format!(
-                "is found in 80 % of cases from {least} um off{beyond}, wherever it stands in its run"
+                "is found in 80 % of cases from {least} µm off{beyond}, wherever it stands in its run"
             )
         }
         None => "may not be found, however far off: the repeats are too few, or show no scatter"
             .to_owned(),
     };
     format!(
-        "\nScatter of one reading within its run, pooled over all cells ({2}): {0:.2} um, plus {1:.3} N × compliance,\n\
-         because soft cells scatter more. A single bad reading that has repeats {found}.\n",
+        "Scatter of one reading within its run, pooled over all cells ({2}): {0:.2} µm, plus {1:.3} N × compliance, because soft cells scatter more. A single bad reading that has repeats {found}.",
         pooled.displacement_sd_m * 1e6,
         pooled.force_sd_n,
         degrees_of_freedom(pooled.dof)
@@ -166,7 +157,7 @@ fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
         return [value, u.clone(), u.clone(), u];
     }
     let k = or_dash(estimate.coverage_factor_95(), |k| format!("{k:.2}"));
-    let dof = dof_with_k(estimate.dof).unwrap_or_else(|| "inf".to_owned());
+    let dof = dof_with_k(estimate.dof).unwrap_or_else(|| "∞".to_owned());
     [value, u, k, dof]
 }
 
@@ -195,45 +186,38 @@ pub(super) fn dof_with_k(dof: f64) -> Option<String> {
 }
 
 /// Uncertainty budgets of the regression stiffness.
-fn budgets(table: &StiffnessTable) -> String {
-    let mut text = String::new();
+fn add_budgets(document: &mut Document, table: &StiffnessTable) {
+    let contribution = |row: &&BudgetRow| match row.standing {
+        RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
+        RowUse::InRepeatability => "in repeatability".to_owned(),
+        RowUse::NotStated => "not stated".to_owned(),
+        RowUse::NoEffect => "no effect".to_owned(),
+    };
     for cell in &table.cells {
         let Ok(found) = cell.by(Method::Regression) else {
             continue;
         };
-        let _ = writeln!(
-            text,
-            "\nBudget of {} (K by regression, standard uncertainties):\n",
+        document.paragraph(format!(
+            "Budget of {} (K by regression, standard uncertainties):",
             cell.cell
-        );
-        let contribution = |row: &&BudgetRow| match row.standing {
-            RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
-            RowUse::InRepeatability => "in repeatability".to_owned(),
-            RowUse::NotStated => "not stated".to_owned(),
-            RowUse::NoEffect => "no effect".to_owned(),
-        };
-        let dof = |dof: f64| {
-            let known = Some(dof).filter(|dof| dof.is_finite());
-            known.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 3))
-        };
-        text.push_str(
-            &table_of(
-                &found.budget.rows,
-                &[
-                    ("source", &|row| row.source.to_string()),
-                    ("type", &|row| format!("{:?}", row.evaluation)),
-                    ("distribution", &|row| {
-                        format!("{:?}", row.distribution).to_lowercase()
-                    }),
-                    ("contribution, N/um", &contribution),
-                    ("dof", &|row| dof(row.dof)),
-                    ("share, %", &|row| format!("{:.1}", row.share_percent)),
-                ],
-            )
-            .text(),
+        ));
+        document.rows(
+            &found.budget.rows,
+            &[
+                ("source", &|row| row.source.to_string()),
+                ("type", &|row| format!("{:?}", row.evaluation)),
+                ("distribution", &|row| {
+                    format!("{:?}", row.distribution).to_lowercase()
+                }),
+                ("contribution, N/µm", &contribution),
+                ("dof", &|row| match row.dof {
+                    f64::INFINITY => "∞".to_owned(),
+                    dof => significant(dof, 3),
+                }),
+                ("share, %", &|row| format!("{:.1}", row.share_percent)),
+            ],
         );
     }
-    text
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Numbers and intervals as printed.
 
+use stiffbench_document::sign_of;
+
 pub use crate::digits::significant;
 use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -38,7 +40,7 @@ pub(super) fn value_and_u(
 pub(super) fn with_unit(name: &str, unit: &str) -> String {
     match unit {
         "1" => name.to_owned(),
-        unit => format!("{name}, {unit}"),
+        unit => format!("{name}, {}", sign_of(unit)),
     }
 }
 
@@ -46,7 +48,7 @@ pub(super) fn with_unit(name: &str, unit: &str) -> String {
 pub(super) fn unit_behind(unit: &str) -> String {
     match unit {
         "1" => String::new(),
-        unit => format!(" {unit}"),
+        unit => format!(" {}", sign_of(unit)),
     }
 }
 

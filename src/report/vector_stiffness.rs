@@ -97,7 +97,7 @@ impl VectorStiffnessReport {
             ];
             (named, vec![x, y, z, &cell.stiffness])
         });
-        let values = ["x, um/N", "y, um/N", "z, um/N", "K along the load, N/um"];
+        let values = ["x, µm/N", "y, µm/N", "z, µm/N", "K along the load, N/µm"];
         let mut document = Document::new();
         document.table(table_with_u(["pose", "load along", "runs"], &values, rows));
         document.paragraph(

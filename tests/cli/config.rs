@@ -3,6 +3,7 @@
 use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran};
 
+use super::doctor::has;
 use super::{assert_output_contains, desk, five_columns};
 
 /// A desk whose user has no configuration but what a test writes to `home`.
@@ -282,7 +283,7 @@ fn a_variable_that_sets_nothing_is_noted_with_the_nearest() {
         assert_eq!(stderr, "");
     }
     let doctor = run(&desk, "", &variables, "doctor").succeeds().stdout;
-    assert!(doctor.contains("warning  variable"), "{doctor}");
+    assert!(has(&doctor, &["| warning", "| variable"]), "{doctor}");
 }
 
 #[test]
@@ -306,8 +307,8 @@ fn doctor_reports_files_of_settings_that_are_not_there() {
     );
     let text = desk.run("doctor --strict").exits_with(1).stdout;
     for name in ["robot", "bindings", "protocols"] {
-        let start = format!("FAILED   setting        {name} ");
-        assert!(text.contains(&start), "{start}: {text}");
+        let found = format!("| {name} ");
+        assert!(has(&text, &["| FAILED", "| setting", &found]), "{text}");
     }
     assert!(
         text.contains("stiffbench.toml names, is not there"),

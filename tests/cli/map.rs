@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use super::{Desk, assert_output_contains, desk, desk_with_session};
+use super::{Desk, assert_output_contains, desk, desk_with_session, unwrapped};
 
 /// Every file of a folder with its bytes, by name.
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
@@ -23,7 +23,7 @@ fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
 #[test]
 fn all_mechanisms_beside_the_paper() {
     let desk = desk();
-    let text = desk.run("map --samples 400").succeeds().stdout;
+    let text = unwrapped(&desk.run("map --samples 400").succeeds().stdout);
     for words in [
         "400 random poses (seed 0)",
         "varied: theta2, theta3; at nominal values: theta1, theta4",

@@ -45,8 +45,8 @@ fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     let text = desk.run(arguments).succeeds().stdout;
     for words in [
         "F = (0, -50, 0) N",
-        "displacement, um",
-        "rotation, urad",
+        "displacement, µm",
+        "rotation, µrad",
         "largest load, N",
         "0.5 mm",
     ] {

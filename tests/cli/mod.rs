@@ -73,12 +73,12 @@ fn desk_with_session() -> Desk {
     desk
 }
 
-/// A readings file with the five columns that are needed: the same springs in each pose, each repeat with its own zero.
 /// A text with its lines joined, so that words are found wherever a line ends.
 pub(crate) fn unwrapped(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// A readings file with the five columns that are needed: the same springs in each pose, each repeat with its own zero.
 fn five_columns(poses: &[&str], repeats: u32) -> String {
     let mut text = String::from("pose,direction,repeat,force_N,displacement_um\n");
     for pose in poses {

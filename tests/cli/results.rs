@@ -4,7 +4,7 @@ use super::{Desk, desk, desk_with_session, five_columns, unwrapped};
 
 /// Runs a subcommand in both forms; the text holds `words`, the JSON is an envelope of `kind`.
 fn both(desk: &Desk, arguments: &str, words: &[&str], kind: &str) {
-    let text = desk.run(arguments).succeeds().stdout;
+    let text = unwrapped(&desk.run(arguments).succeeds().stdout);
     for word in words {
         assert!(
             text.contains(word),
@@ -32,7 +32,7 @@ fn stiffness_fit_and_compare() {
     both(
         &desk,
         "stiffness session",
-        &["P4", "K regression, N/um", "U is the expanded uncertainty"],
+        &["P4", "K regression, N/µm", "U is the expanded uncertainty"],
         "stiffness",
     );
     both(

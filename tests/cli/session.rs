@@ -1,6 +1,6 @@
 //! `stiffbench session` on an emulated bench: measured, interrupted, gone on with, damaged and recovered.
 
-use super::desk;
+use super::{desk, unwrapped};
 
 /// One pose, one direction, four readings.
 pub(super) const SHORT: &str =
@@ -22,10 +22,10 @@ fn a_plan_lists_every_step_question_and_file() {
         "stiffbench::robot::unknown_name",
     );
     assert_eq!(error["help"], "did you mean `P2`?");
-    let text = desk.run(&format!("session plan {SHORT}")).succeeds().stdout;
+    let text = unwrapped(&desk.run(&format!("session plan {SHORT}")).succeeds().stdout);
     for part in [
         "setup.P1.x asks",
-        "run 2: 0 -30",
+        "run 2 0 -30",
         "sign-check",
         "journal.jsonl",
     ] {
@@ -385,7 +385,8 @@ fn a_question_at_which_a_session_stopped_is_asked_once_more() {
             .exits_with(3);
         let status = desk.run(&format!("session status {folder}")).succeeds();
         let repeats = "the question what to do, as the displacement zero moved by";
-        assert!(status.stdout.contains(repeats), "{}", status.stdout);
+        let status = unwrapped(&status.stdout);
+        assert!(status.contains(repeats), "{status}");
         let resume = format!("session resume {folder} {EMULATED} {patient}");
         desk.run(&resume).exits_with(3);
         let resumed = desk.data(&format!("{resume} --answer drift={answer}"));

@@ -1,7 +1,7 @@
 //! The bytes of each reading are found in the traces of the gauges, and `session verify` notices when they are not.
 
-use super::desk;
 use super::session::{EMULATED, SHORT};
+use super::{desk, unwrapped};
 
 #[cfg(unix)]
 #[test]
@@ -41,11 +41,8 @@ fn a_reading_names_its_bytes_and_verify_finds_them() {
     std::fs::remove_file(desk.path("s/raw/force.trace")).unwrap();
     let gone = desk.run("session verify s");
     assert_eq!(gone.code, 30);
-    assert!(
-        gone.stdout.contains("raw/force.trace cannot be read"),
-        "{}",
-        gone.stdout
-    );
+    let gone = unwrapped(&gone.stdout);
+    assert!(gone.contains("raw/force.trace cannot be read"), "{gone}");
     // After a power cut the last second may be missing.
     let cut = &trace[..trace.len() / 2];
     desk.write("s/raw/force.trace", cut);

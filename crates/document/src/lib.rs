@@ -3,12 +3,13 @@
 
 mod table;
 mod terminal;
+mod units;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use table::{Table, TextColumn, table_of};
-pub use terminal::wrapped;
+pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -29,6 +30,16 @@ pub enum DocumentBlock {
         /// Its entries.
         items: Vec<String>,
     },
+    /// Names with their values.
+    Pairs {
+        /// Each name and its value.
+        pairs: Vec<(String, String)>,
+    },
+    /// Lines that stand as they are: commands, names of files, bytes.
+    Lines {
+        /// The lines.
+        lines: Vec<String>,
+    },
     /// A table.
     Table(Table),
 }
@@ -45,6 +56,14 @@ impl Document {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A document that begins with a paragraph.
+    #[must_use]
+    pub fn of(paragraph: impl Into<String>) -> Self {
+        let mut document = Self::new();
+        document.paragraph(paragraph);
+        document
     }
 
     /// A document that begins with a heading.
@@ -89,9 +108,39 @@ impl Document {
         }
     }
 
+    /// Adds a name with its value to the pairs at the end, or begins them.
+    pub fn pair(&mut self, name: impl Into<String>, value: impl Into<String>) {
+        let pair = (name.into(), value.into());
+        match self.blocks.last_mut() {
+            Some(DocumentBlock::Pairs { pairs }) => pairs.push(pair),
+            _ => self.blocks.push(DocumentBlock::Pairs { pairs: vec![pair] }),
+        }
+    }
+
+    /// Adds lines that stand as they are to those at the end, or begins them.
+    pub fn lines(&mut self, text: impl AsRef<str>) {
+        let new = text.as_ref().lines().map(str::to_owned);
+        match self.blocks.last_mut() {
+            Some(DocumentBlock::Lines { lines }) => lines.extend(new),
+            _ => self.blocks.push(DocumentBlock::Lines {
+                lines: new.collect(),
+            }),
+        }
+    }
+
+    /// Adds the command that comes next, without the name of the program.
+    pub fn next(&mut self, command: impl std::fmt::Display) {
+        self.lines(format!("Next: stiffbench {command}"));
+    }
+
     /// Adds a table.
     pub fn table(&mut self, table: Table) {
         self.blocks.push(DocumentBlock::Table(table));
+    }
+
+    /// Adds a table of rows.
+    pub fn rows<T>(&mut self, rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) {
+        self.table(table_of(rows, columns));
     }
 
     /// Adds another document; its list goes on the one at the end.
@@ -99,27 +148,9 @@ impl Document {
         for block in other.blocks {
             match block {
                 DocumentBlock::List { items } => items.into_iter().for_each(|item| self.item(item)),
+                DocumentBlock::Lines { lines } => self.lines(lines.join("\n")),
                 block => self.blocks.push(block),
             }
-        }
-    }
-
-    /// With each text changed.
-    #[must_use]
-    pub fn map_texts(self, change: impl Fn(&str) -> String) -> Self {
-        let all = |texts: Vec<String>| texts.iter().map(|text| change(text)).collect();
-        let blocks = self.blocks.into_iter().map(|block| match block {
-            DocumentBlock::Heading { text } => DocumentBlock::Heading {
-                text: change(&text),
-            },
-            DocumentBlock::Paragraph { text } => DocumentBlock::Paragraph {
-                text: change(&text),
-            },
-            DocumentBlock::List { items } => DocumentBlock::List { items: all(items) },
-            DocumentBlock::Table(table) => DocumentBlock::Table(table.map_texts(all)),
-        });
-        Self {
-            blocks: blocks.collect(),
         }
     }
 }

@@ -5,7 +5,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A table of text cells; the first column is left-aligned, the others right-aligned.
+/// A table of text cells; columns with numbers are right-aligned, but for the first.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Table {
     /// Its column heads.
@@ -36,10 +36,10 @@ impl Table {
         table.load_style(ASCII_MARKDOWN);
         table.set_header(self.head.iter().map(|head| in_one_cell(head)));
         for (place, column) in table.column_iter_mut().enumerate() {
-            column.set_cell_alignment(if place == 0 {
-                CellAlignment::Left
-            } else {
+            column.set_cell_alignment(if place > 0 && self.is_of_numbers(place) {
                 CellAlignment::Right
+            } else {
+                CellAlignment::Left
             });
         }
         for row in &self.rows {
@@ -48,12 +48,14 @@ impl Table {
         format!("{table}\n")
     }
 
-    /// With all heads, and all cells of each row, changed.
-    pub(crate) fn map_texts(self, change: impl Fn(Vec<String>) -> Vec<String>) -> Self {
-        Self {
-            head: change(self.head),
-            rows: self.rows.into_iter().map(change).collect(),
-        }
+    /// Whether as many cells of a column begin as numbers do as do not; a dash stands for either.
+    fn is_of_numbers(&self, place: usize) -> bool {
+        let cells = self.rows.iter().filter_map(|row| row.get(place));
+        let begins =
+            cells.filter_map(|cell| cell.trim_matches(['-', '+', '<', ' ']).chars().next());
+        let (numbers, words): (Vec<char>, Vec<char>) =
+            begins.partition(|c| c.is_ascii_digit() || *c == '∞');
+        numbers.len() >= words.len()
     }
 }
 

@@ -6,7 +6,8 @@ use crate::{Document, DocumentBlock};
 const WIDTH: usize = 100;
 
 impl Document {
-    /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and before a list.
+    /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and between
+    /// a paragraph and its list, pairs or lines, and lines and their list.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -17,6 +18,12 @@ impl Document {
                 (Some(DocumentBlock::Heading { .. }), _)
                     | (
                         Some(DocumentBlock::Paragraph { .. }),
+                        DocumentBlock::List { .. }
+                            | DocumentBlock::Pairs { .. }
+                            | DocumentBlock::Lines { .. }
+                    )
+                    | (
+                        Some(DocumentBlock::Lines { .. }),
                         DocumentBlock::List { .. }
                     )
             );
@@ -39,6 +46,21 @@ impl Document {
                         text.push('\n');
                     }
                 }
+                DocumentBlock::Pairs { pairs } => {
+                    let names = pairs.iter().map(|(name, _)| name.chars().count());
+                    let indent = names.max().unwrap_or_default() + 2;
+                    for (name, value) in pairs {
+                        let first = format!("{name:<indent$}");
+                        text.push_str(&wrapped(value, WIDTH, &first, &" ".repeat(indent)));
+                        text.push('\n');
+                    }
+                }
+                DocumentBlock::Lines { lines } => {
+                    for line in lines {
+                        text.push_str(line);
+                        text.push('\n');
+                    }
+                }
                 DocumentBlock::Table(table) => text.push_str(&table.text()),
             }
         }
@@ -46,13 +68,20 @@ impl Document {
     }
 }
 
+impl From<Document> for String {
+    fn from(document: Document) -> Self {
+        document.text()
+    }
+}
+
 /// A text in lines of at most so many characters, each after `indent`; the first after `first`.
-#[must_use]
-pub fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
+fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
     let mut out = String::new();
     let mut line = first.to_owned();
     let mut empty = true;
-    for word in text.split_whitespace() {
+    // A no-break space holds a number and its unit together.
+    let words = text.split([' ', '\n', '\t']);
+    for word in words.filter(|word| !word.is_empty()) {
         if !empty && line.chars().count() + 1 + word.chars().count() > width {
             out.push_str(line.trim_end());
             out.push('\n');

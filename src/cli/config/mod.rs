@@ -89,11 +89,11 @@ pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure
         }
     }
     let report = report(&config, global.progress);
-    let text = match args.what {
-        ConfigCommand::Show { origin, .. } => report.text(origin),
-        ConfigCommand::Path => report.paths_text(),
+    let document = match args.what {
+        ConfigCommand::Show { origin, .. } => report.document(origin),
+        ConfigCommand::Path => report.places(),
     };
-    Ok(Outcome::new("config", text, report).with_warnings(notes))
+    Ok(Outcome::new("config", document, report).with_warnings(notes))
 }
 
 /// The settings in force.

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use stiffbench_document::Document;
 
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::run_words;
-use crate::report::{DemoConcealed, DemoFinding, Table};
+use crate::report::{DemoConcealed, DemoFinding};
 
 /// What is concealed in the simulated bench; the analysis is not given it.
 const CONCEALED: &str = "joint-backlash@A3:play=18urad,seat_moment=9N*m";
@@ -87,44 +88,51 @@ fn finding(found: &Value) -> DemoFinding {
 }
 
 /// The story of the session in a few lines.
-pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> String {
+pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> Document {
     let percent =
         |error: Option<f64>| error.map_or_else(|| "-".to_owned(), |e| format!("{e:.1} %"));
-    let mut rows = Table::new(&["fit to P1 and P3, validated on P2 and P4", "largest error"]);
-    let errors = [
-        ("beams only", report.left_out_error_percent),
-        (
-            "beams and the law that was found",
-            report.left_out_error_with_law_percent,
-        ),
-    ];
-    for (model, error) in errors {
-        rows.row([model.to_owned(), percent(error)]);
+    let (before, limit) = (report.left_out_error_percent, report.limit_percent);
+    let passes = if before.is_some_and(|error| error <= limit) {
+        "passes"
+    } else {
+        "does not pass"
+    };
+    let mut document = Document::of(format!(
+        "A second session: the same robot, with play concealed in one joint (simulated: {})",
+        report.session.display()
+    ));
+    document.paragraph(format!(
+        "The usual validation {passes}: the largest error is {}, the limit {limit:.0} %. The diagnosis names the play all the same:",
+        percent(before)
+    ));
+    document.item(&report.headline);
+    for found in &report.findings {
+        if let (Some(joint), Some(size)) = (&found.joint, found.play_urad) {
+            document.paragraph(format!(
+                "Play in joint {joint}: found {size:.1} µrad, concealed {:.1} µrad.",
+                found.true_play_urad
+            ));
+        }
     }
-    let passes = report
-        .left_out_error_percent
-        .is_some_and(|error| error <= report.limit_percent);
-    let passes = if passes { "passes" } else { "does not pass" };
-    let sizes = report.findings.iter().filter_map(|found| {
-        let joint = found.joint.as_ref()?;
-        let (size, truth) = (found.play_urad?, found.true_play_urad);
-        Some(format!(
-            "Play in joint {joint}: found {size:.1} urad, concealed {truth:.1} urad.\n"
-        ))
-    });
-    let sizes: String = sizes.collect();
-    format!(
-        "A second session: the same robot, with play concealed in one joint (simulated: {session})\n\n\
-         The usual validation {passes}: the largest error is {before}, the limit {limit:.0} %. The diagnosis names the play all the same:\n\n\
-         \x20 {headline}\n\n{sizes}\n{table}\n\
-         The page, its figures and the model with the law: {diagnosis}\n\
-         The report to hand on, one file for any browser: {page}\n",
-        session = report.session.display(),
-        before = percent(report.left_out_error_percent),
-        limit = report.limit_percent,
-        headline = report.headline,
-        table = rows.text(),
-        diagnosis = diagnosis.display(),
-        page = report.report.display(),
-    )
+    document.rows(
+        [
+            ("beams only", before),
+            (
+                "beams and the law that was found",
+                report.left_out_error_with_law_percent,
+            ),
+        ],
+        &[
+            ("fit to P1 and P3, validated on P2 and P4", &|(model, _)| {
+                (*model).to_owned()
+            }),
+            ("largest error", &|(_, error)| percent(*error)),
+        ],
+    );
+    document.lines(format!(
+        "The page, its figures and the model with the law: {}\nThe report to hand on, one file for any browser: {}",
+        diagnosis.display(),
+        report.report.display(),
+    ));
+    document
 }

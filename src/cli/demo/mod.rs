@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indexmap::IndexSet;
 
+use stiffbench_document::Document;
+
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::fit::PoseRules;
 use crate::report::{
     DemoReport, DemoTableVi, Fitted, load_displacement_figure, paper_report, robot_figure,
-    stiffness_text,
+    stiffness_document,
 };
 use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
@@ -104,16 +106,16 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let outcome = fitted.outcome;
     let mut fit = fitted.report;
     fit.plan_next(plan.planned);
-    let text = format!(
-        "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
-         Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\
-         The paper's own measured stiffness (Table VI)\n\n{}",
+    let mut document = Document::of(format!(
+        "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction",
         folder.display(),
-        stiffness_text(&table, false),
-        fit.document(&outcome).text(),
-        paper.fits_text()
-    );
-    let with_inputs = format!("{}{text}", inputs.text());
+    ));
+    document.append(stiffness_document(&table, false));
+    document.paragraph("Factors of the beams fitted to P1 and P3, validated on P2 and P4");
+    document.append(fit.document(&outcome));
+    document.paragraph("The paper's own measured stiffness (Table VI)");
+    document.append(paper.fits_document());
+    let with_inputs = format!("{}{}", inputs.text(), document.text());
     write(&out.join("tables.txt"), with_inputs.as_bytes())?;
     files.push(out.join("tables.txt"));
     files.extend(["session.toml", "readings.csv"].map(|name| folder.join(name)));
@@ -121,12 +123,15 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let second = concealed::run(&out, global)?;
     let story = concealed::story(&second.report, &out.join("diagnosis"));
     files.extend(second.files);
-    let listing = folders(&files);
-    let text = format!(
-        "{text}\n{story}\nWritten:\n{}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
-        listing,
+    document.append(story);
+    document.paragraph("Written:");
+    for line in folders(&files) {
+        document.item(line);
+    }
+    document.next(format!(
+        "fit {} --train P1,P3 --bootstrap 1000",
         folder.display()
-    );
+    ));
     let data = DemoReport {
         stiffness: table,
         fit,
@@ -138,21 +143,21 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         concealed: second.report,
         files,
     };
-    Ok(Outcome::new("demo", text, data)
+    Ok(Outcome::new("demo", document, data)
         .with_inputs(prepared.inputs)
         .with_warnings(prepared.warnings))
 }
 
 /// The folders of files, each with the number of files in it.
-fn folders(files: &[PathBuf]) -> String {
+fn folders(files: &[PathBuf]) -> Vec<String> {
     let folders: IndexSet<&Path> = files.iter().filter_map(|file| file.parent()).collect();
     let line = |folder: &Path| {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let count = entries.filter(|entry| entry.path().is_file()).count();
         let noun = if count == 1 { "file" } else { "files" };
-        format!("  {}: {count} {noun}", folder.display())
+        format!("{}: {count} {noun}", folder.display())
     };
-    folders.into_iter().map(line).collect::<Vec<_>>().join("\n")
+    folders.into_iter().map(line).collect()
 }
 
 /// Makes the folder, or the first of `FOLDER-2`, `FOLDER-3` … that is not there or empty: nothing is ever written over.

@@ -16,7 +16,7 @@ use crate::import::{
 use crate::procedure::Procedure;
 use crate::quantity::Kind;
 use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
-use crate::report::{ImportReport, columns_text};
+use crate::report::{ImportReport, columns_document};
 use crate::robot::Robot;
 use crate::source_text::SourceText;
 use crate::stiffness::Branches;
@@ -94,7 +94,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         stiffness,
     };
     let inputs = Inputs::default().with_session(&session);
-    Ok(Outcome::new("import", report.text(), report)
+    Ok(Outcome::new("import", report.document(), report)
         .with_inputs(inputs)
         .with_warnings(notes)
         .with_strict_exit(u8::from(in_doubt)))
@@ -167,7 +167,7 @@ fn asked(
             return Ok(draft);
         };
         if !is_shown && !global.json && !global.quiet {
-            print_error(&columns_text(&draft.columns()));
+            print_error(&columns_document(&draft.columns()).text());
             is_shown = true;
         }
         if !can_ask {

@@ -11,13 +11,14 @@ mod shard;
 
 use std::path::Path;
 
+use stiffbench_document::Document;
+
 use crate::distribution::{PoseSample, Shard, StiffnessMap, StudyPoses};
 use crate::physics::ActingPhysics;
 use crate::robot::Robot;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::wrote;
 use super::outcome::Outcome;
 use super::progress::progress;
 use crate::report::ShardReport;
@@ -92,14 +93,14 @@ fn finish(
     let mut report = job.report(robot, &physics, &poses, maps)?;
     report.cell = figures.cell;
     let inputs = job.inputs(robot);
-    let (text, data) = (report.text(), report.summary());
+    let (text, data) = (report.document(), report.summary());
     let written = match out {
-        Some(folder) => write_all(folder, &report, figures, (&text, &data, &inputs))?,
+        Some(folder) => write_all(folder, &report, figures, (&text.text(), &data, &inputs))?,
         None => Vec::new(),
     };
     Ok(Outcome::new("map", text, data)
         .with_inputs(inputs)
-        .with_warnings(wrote(&written).collect()))
+        .with_written(&written))
 }
 
 /// A share, to a file.
@@ -115,19 +116,20 @@ fn one_shard(
     let maps = maps_of(job, &robot, (&physics, &poses), global)?;
     let path = folder.join(format!("{}-of-{}.map-shard", share.index + 1, share.count));
     shard::write(&path, job, &poses, &maps)?;
-    let text = format!(
-        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER\n",
+    let mut document = Document::new();
+    document.lines(format!(
+        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER",
         path.display(),
         poses.len(),
         poses.whole,
         maps.len(),
         folder.display()
-    );
+    ));
     let report = ShardReport {
         shard: format!("{}/{}", share.index + 1, share.count),
         file: path,
         poses: poses.len(),
         of: poses.whole,
     };
-    Ok(Outcome::new("map-shard", text, report).with_inputs(job.inputs(&robot)))
+    Ok(Outcome::new("map-shard", document, report).with_inputs(job.inputs(&robot)))
 }

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use stiffbench_document::Document;
+
 use crate::analysis::ArgumentError;
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::wrote;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
@@ -13,7 +14,7 @@ use crate::physics::ActingPhysics;
 use crate::plot::{BinValue, Figure};
 use crate::report::{
     MapAnswers, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
-    sensitivity_text,
+    sensitivity_document,
 };
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
 
@@ -67,35 +68,32 @@ pub(super) fn run(
         design(job, (&robot, &physics), &poses.set, &mut answer)?;
     }
     let inputs = job.inputs(&robot);
-    let mut warnings = Vec::new();
+    let mut written = Vec::new();
     if let Some(folder) = out {
-        let mut written = write_figures(folder, &answer.figures, &inputs)?;
-        written.extend(write_text(folder, &answer.text, &answer.data, &inputs)?);
-        warnings.extend(wrote(&written));
+        written = write_figures(folder, &answer.figures, &inputs)?;
+        written.extend(write_text(
+            folder,
+            &answer.document.text(),
+            &answer.data,
+            &inputs,
+        )?);
     }
-    Ok(Outcome::new("map", answer.text, answer.data)
+    Ok(Outcome::new("map", answer.document, answer.data)
         .with_inputs(inputs)
-        .with_warnings(warnings))
+        .with_written(&written))
 }
 
 /// What was found, for people, for programs, and as figures.
 #[derive(Default)]
 struct QuestionResult {
-    text: String,
+    document: Document,
     data: MapAnswers,
     figures: Vec<(String, Figure)>,
 }
 
 impl QuestionResult {
-    fn add(&mut self, text: &str) {
-        if !self.text.is_empty() {
-            self.text.push('\n');
-        }
-        self.text.push_str(text);
-    }
-
     fn take(&mut self, report: &ShiftReport<'_>) -> ShiftSummary {
-        self.add(&report.text());
+        self.document.append(report.document());
         self.figures.extend(report.figures());
         report.summary()
     }
@@ -150,27 +148,25 @@ fn design(
     poses: &PoseSample,
     answer: &mut QuestionResult,
 ) -> Result<(), Failure> {
-    let (mut text, mut sensitivities) = (String::new(), Vec::new());
+    let mut sensitivities = Vec::new();
     for physics in physics {
         let model = job.model(robot, physics)?;
         let name = &model.mechanism().name;
         let map = StiffnessMap::over(&model, poses, &job.columns)?;
         for axis in 0..3 {
             if let Some(found) = design_sensitivity(&model, &map, poses, axis)? {
-                text.push_str(&sensitivity_text(name, &found));
-                text.push('\n');
+                answer.document.append(sensitivity_document(name, &found));
                 sensitivities.push(SensitivityReport::new(name, &found));
             }
         }
     }
-    if text.is_empty() {
+    if sensitivities.is_empty() {
         return ArgumentError::refuse(
             "--sensitivity",
             "laws that are not linear have no derivatives, and neither have directions that are no axes".to_owned(),
             "leave out the law, or name an axis, for example --directions y",
         );
     }
-    answer.add(&text);
     answer.data.design = Some(Sensitivities { sensitivities });
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! A report is made and written.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+use stiffbench_document::Document;
 
 use crate::analysis::{AnalysisError, ArgumentError, is_dash};
 use crate::cli::args::Global;
@@ -150,49 +151,45 @@ fn outcome(
     format: PageFormat,
     source: &PageSource,
 ) -> Outcome {
-    let mut text = format!("Report {}: {}\n", page.number, page.title);
+    let mut document = Document::of(format!("Report {}: {}", page.number, page.title));
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
     let lines = lines.chain(&headline.warnings);
     let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
     let lines = lines.chain(&headline.limit).chain(&headline.improvement);
     for line in lines.chain(&headline.validation) {
-        let _ = writeln!(text, "{line}");
+        document.item(line);
     }
     if !page.marks.is_empty() {
-        let _ = writeln!(text, "Watermark: {}", page.marks.join(", "));
+        document.item(format!("Watermark: {}", page.marks.join(", ")));
     }
     let missing = page.missing();
     if !missing.is_empty() {
-        text.push_str("\nMissing according to ISO/IEC 17025:2017, 7.8.2.1, and marked on the page (report.toml states them, see --details-template):\n");
+        document.paragraph("Missing according to ISO/IEC 17025:2017, 7.8.2.1, and marked on the page (report.toml states them, see --details-template):");
         for item in &missing {
-            let _ = writeln!(text, "  {item}");
+            document.item(item);
         }
     }
     for line in &page.left_out {
-        let _ = writeln!(text, "Not in the report: {line}");
+        document.paragraph(format!("Not in the report: {line}"));
     }
     let data: Vec<String> = data
         .iter()
         .map(|path| shell_word(&path.display().to_string()))
         .collect();
-    let _ = writeln!(text, "\nWritten: {}", out.display());
+    document.lines(format!("Written: {}", out.display()));
     let out = shell_word(&out.display().to_string());
-    let _ = match format {
-        PageFormat::Html => writeln!(
-            text,
-            "Next: stiffbench report verify {out} {}",
-            data.join(" ")
-        ),
-        PageFormat::Markdown => Ok(()),
-        PageFormat::Typst => writeln!(text, "Next: typst compile {out}"),
-    };
+    match format {
+        PageFormat::Html => document.next(format!("report verify {out} {}", data.join(" "))),
+        PageFormat::Markdown => {}
+        PageFormat::Typst => document.lines(format!("Next: typst compile {out}")),
+    }
     let mut warnings = source.warnings();
     let overdue = source.overdue();
     if !overdue.is_empty() {
         warnings.push(format!("calibration overdue: {}", overdue.join(", ")));
     }
-    Outcome::new("report", text, page)
+    Outcome::new("report", document, page)
         .with_inputs(source.inputs())
         .with_warnings(warnings)
         .with_strict_exit(u8::from(!missing.is_empty()))

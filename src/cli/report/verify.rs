@@ -36,7 +36,7 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
         (false, _) => DIFFERS,
     };
     let good = check.good;
-    Ok(Outcome::new("report-verify", check.text(), check)
+    Ok(Outcome::new("report-verify", check.document(), check)
         .with_overdue(page.overdue())
         .with_failed(!good)
         .with_exit(exit))

@@ -1,7 +1,8 @@
 //! `session status` and `session log`: a session is checked, never touched.
 
-use std::fmt::Write;
 use std::path::Path;
+
+use stiffbench_document::Document;
 
 use crate::analysis::Inputs;
 use crate::cli::args::Global;
@@ -38,24 +39,25 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     let open = plan.next_open(&state, 0);
     let left_s = plan.seconds_left(&state, &Pace::default());
     let superseded = state.readings.len() - state.taken.len();
-    let mut text = format!(
-        "{}: {word}\n{} of {} readings, {} skipped, {superseded} superseded or undone\n",
+    let mut document = Document::new();
+    document.lines(format!(
+        "{}: {word}\n{} of {} readings, {} skipped, {superseded} superseded or undone",
         folder.display(),
         state.taken.len(),
         plan.len(),
         state.skipped.len(),
-    );
+    ));
     let left_out = OmittedReadings::of(state.skipped.values());
     for one in &left_out {
-        let _ = writeln!(text, "{one}");
+        document.item(one.to_string());
     }
     if let Some(ended) = ended {
         let by = by_text(ended.by.as_deref());
-        let _ = writeln!(text, "ended: {}{by}", ended.reason);
+        document.item(format!("ended: {}{by}", ended.reason));
     }
     let repeats = plan.repeated_on_resume(&state, state.undecided.as_deref());
     if !repeats.is_empty() && outcome != SessionOutcome::Running {
-        let _ = writeln!(text, "resuming repeats: {}", repeats.join("; "));
+        document.item(format!("resuming repeats: {}", repeats.join("; ")));
     }
     let next = open.map(|(cell, index)| NextReading {
         pose: plan.cells[cell].pose.clone(),
@@ -68,11 +70,10 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
             0.0 => "less than a minute".to_owned(),
             minutes => format!("about {}", hours_and_minutes(minutes)),
         };
-        let _ = writeln!(
-            text,
+        document.item(format!(
             "next: {} {}, {} N, repeat {}; {left} left",
             next.pose, next.direction, next.target_n, next.repeat,
-        );
+        ));
     }
     let goes_on = next.is_some() || state.undecided.is_some();
     if outcome != SessionOutcome::Running {
@@ -81,7 +82,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         } else {
             "stiffness"
         };
-        let _ = writeln!(text, "Next: stiffbench {command} {}", folder.display());
+        document.next(format!("{command} {}", folder.display()));
     }
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(read.journal.end.warning());
@@ -100,7 +101,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         repeats,
         next,
     };
-    Ok(Outcome::new("session-status", text, report)
+    Ok(Outcome::new("session-status", document, report)
         .with_inputs(Inputs::default().with_folder(folder, &header))
         .with_warnings(warnings))
 }
@@ -109,24 +110,24 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
 pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let (_, header, _) = plan_of(&read)?;
-    let records = &read.journal.records;
-    let mut text = String::new();
-    for record in records {
-        let _ = writeln!(
-            text,
-            "{:>6} {} {:>9.1} s  {}",
-            record.seq,
-            record.utc.strftime("%Y-%m-%d %H:%M:%SZ"),
-            record.t_s,
-            event_text(&record.event)
-        );
-    }
+    let mut document = Document::new();
+    document.rows(
+        &read.journal.records,
+        &[
+            ("event", &|record| record.seq.to_string()),
+            ("UTC", &|record| {
+                record.utc.strftime("%Y-%m-%d %H:%M:%SZ").to_string()
+            }),
+            ("t, s", &|record| format!("{:.1}", record.t_s)),
+            ("what happened", &|record| event_text(&record.event)),
+        ],
+    );
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(read.journal.end.warning());
     let report = SessionLog {
         events: read.journal.records,
     };
-    Ok(Outcome::new("session-log", text, report).with_warnings(warnings))
+    Ok(Outcome::new("session-log", document, report).with_warnings(warnings))
 }
 
 /// An event in words.

@@ -1,6 +1,6 @@
 //! `session plan`: what a session will ask for, without touching a port.
 
-use std::fmt::Write;
+use stiffbench_document::Document;
 
 use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses};
 use crate::cli::args::Global;
@@ -61,11 +61,11 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     warnings.extend(resolved.warnings.iter().cloned());
     if let Some(file) = &args.best.save_procedure {
         write(file, procedure.to_toml().as_bytes())?;
-        warnings.push(format!("wrote {}", file.display()));
     }
     Ok(outcome
         .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+        .with_warnings(warnings)
+        .with_written(&args.best.save_procedure))
 }
 
 /// What `session run` with these arguments would ask for and write; it refuses what that would refuse.
@@ -90,44 +90,39 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
 /// The plan in words and for programs.
 fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) -> Outcome {
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
-    let mut text = format!(
-        "Procedure {}: {} in {}, about {}\n",
+    let mut document = Document::of(format!(
+        "Procedure {}: {} in {}, about {}",
         procedure.name,
         counted(plan.len(), "reading"),
         counted(plan.cells.len(), "cell"),
         hours_and_minutes(seconds / 60.0)
-    );
+    ));
     let axes = &procedure.displacement_axes;
     if axes.is_empty() {
-        text.push_str("\nready, temperature and sign-check are asked once\n");
+        document.paragraph("ready, temperature and sign-check are asked once");
     } else {
         let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
-        let _ = writeln!(
-            text,
-            "displacement gauges along {}\n\nready and temperature are asked once, sign-check once for each push that shows signs",
-            axes.join(", ")
+        document.paragraph(format!("displacement gauges along {}", axes.join(", ")));
+        document.paragraph(
+            "ready and temperature are asked once, sign-check once for each push that shows signs",
         );
     }
-    if let Some(best) = best {
-        let _ = write!(text, "\n{}", best_poses_document(best).text());
-    }
+    document.append(best.map(best_poses_document).unwrap_or_default());
     for (place, cell) in plan.cells.iter().enumerate() {
-        describe(&mut text, place, cell, plan);
+        describe(&mut document, place, cell, plan);
     }
-    text.push_str(
-        "\nQuestions, each answered by --answer ID=VALUE or a line of an answers file:\n",
-    );
+    document
+        .paragraph("Questions, each answered by --answer ID=VALUE or a line of an answers file:");
     for Question { id, answer, .. } in QUESTIONS {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {id:<18} {answer}");
+        document.pair(id, answer);
     }
-    text.push_str("\nFiles:\n");
+    document.paragraph("Files:");
     for (name, what) in FILES {
-        let _ = writeln!(text, "  {name:<18} {what}");
+        document.pair(name, what);
     }
     let files = FILES.iter().map(|(name, _)| *name).collect();
     let report = PlanReport::new(plan, seconds, files).with_best_poses(best);
-    Outcome::new("session-plan", text, report)
+    Outcome::new("session-plan", document, report)
 }
 
 /// The poses that determine the parameters best, if they are to be chosen; the procedure then measures them.
@@ -149,14 +144,10 @@ fn best_poses(
     Ok(Some(choose_poses(resolved, procedure, &choice, wanted)?))
 }
 
-/// After the last reading on a zero.
-const ZERO_CHECK: &str = "  zero check: under the preload, then gauge free\n";
-
 /// The steps of a cell: a line for each gauge zero and each run or load.
-fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionPlan) {
-    let _ = writeln!(
-        text,
-        "\nCell {} of {}: setup.{}.{} asks for pose {}{} and direction {}",
+fn describe(document: &mut Document, place: usize, cell: &SessionCell, plan: &SessionPlan) {
+    document.paragraph(format!(
+        "Cell {} of {}: setup.{}.{} asks for pose {}{} and direction {}",
         place + 1,
         plan.cells.len(),
         cell.pose,
@@ -164,48 +155,38 @@ fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionP
         cell.pose,
         plan.joints_text(&cell.pose),
         plan.direction_text(&cell.direction)
-    );
-    let mut line = String::new();
-    let mut before: Option<&PlannedReading> = None;
-    for reading in &cell.readings {
-        let at_load = plan.procedure.release_n().is_some();
-        let another = before.is_none_or(|before| {
-            if at_load {
-                before.step != reading.step
-            } else {
-                before.repeat != reading.repeat
-            }
-        });
-        if another && !line.is_empty() {
-            let _ = writeln!(text, "{line}");
-            line.clear();
-        }
-        if reading.zero_before {
-            if before.is_some() {
-                text.push_str(ZERO_CHECK);
+    ));
+    let zero_check = ("zero check", "under the preload, then gauge free");
+    let at_load = plan.procedure.release_n().is_some();
+    let goes_on = |before: &PlannedReading, next: &PlannedReading| {
+        let is_same = if at_load {
+            before.step == next.step
+        } else {
+            before.repeat == next.repeat
+        };
+        is_same && !next.zero_before
+    };
+    for (index, readings) in cell.readings.chunk_by(goes_on).enumerate() {
+        let first = &readings[0];
+        if first.zero_before {
+            if index > 0 {
+                document.pair(zero_check.0, zero_check.1);
             }
             let preload_n = plan.procedure.preload_n;
-            let _ = writeln!(text, "  zero: gauge free, then {preload_n} N");
+            document.pair("zero", format!("gauge free, then {preload_n} N"));
         }
-        if another {
-            line = if at_load {
-                format!("  {} N, released in between:", reading.target_n)
-            } else {
-                format!("  run {}:", reading.repeat)
-            };
+        let steps = readings.iter().map(|reading| match reading.extra_hold_s {
+            Some(hold_s) => format!("hold to {hold_s} s"),
+            None if at_load => reading.repeat.to_string(),
+            None => reading.target_n.to_string(),
+        });
+        let steps = steps.collect::<Vec<_>>().join(" ");
+        if at_load {
+            let released = format!("released in between: {steps}");
+            document.pair(format!("{} N", first.target_n), released);
+        } else {
+            document.pair(format!("run {}", first.repeat), steps);
         }
-        match reading.extra_hold_s {
-            Some(hold_s) => {
-                let _ = write!(line, " hold to {hold_s} s");
-            }
-            None if at_load => {
-                let _ = write!(line, " {}", reading.repeat);
-            }
-            None => {
-                let _ = write!(line, " {}", reading.target_n);
-            }
-        }
-        before = Some(reading);
     }
-    let _ = write!(text, "{line}\n{ZERO_CHECK}");
+    document.pair(zero_check.0, zero_check.1);
 }

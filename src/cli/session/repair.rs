@@ -1,10 +1,10 @@
 //! `session verify` and `session recover`.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 use jiff::Timestamp;
+use stiffbench_document::Document;
 
 use crate::analysis::{
     Inputs, JournalCheck, ReadError, TableCheck, compare_with_journal, session_file, sha256,
@@ -36,10 +36,11 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let has_journal = session_file(folder, "journal.jsonl")?.is_some();
     let file = session_file(folder, "readings.csv")?;
     if !has_journal && file.is_some() {
-        let text = format!(
-            "{}: not protected: there is no journal to compare the readings with\n",
+        let mut document = Document::new();
+        document.lines(format!(
+            "{}: not protected: there is no journal to compare the readings with",
             folder.display()
-        );
+        ));
         let report = VerifyReport {
             journal: VerifiedJournal::None { whole: true },
             table: TableCheck::NotProtected,
@@ -47,7 +48,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
             not_verified: Vec::new(),
             raw: None,
         };
-        return Ok(Outcome::new("session-verify", text, report));
+        return Ok(Outcome::new("session-verify", document, report));
     }
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
@@ -56,36 +57,32 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let (robot_changed, not_verified) = verify_files(folder, &read, &state);
     let (raw, raw_found, raw_exit) = verify_raw(folder, &state);
     let mut exit = exit.max(table_exit).max(raw_exit);
-    let mut files_found = String::new();
-    if robot_changed {
-        exit = exit.max(PART);
-        files_found += "changed after the session: robot.toml\n";
-    }
-    if !not_verified.is_empty() {
-        let names = not_verified.join("; ");
-        let _ = writeln!(
-            files_found,
-            "not verified, because the journal has no hash of it: {names}"
-        );
-    }
-    if exit == PART && read.journal.records.is_empty() {
-        exit = NOTHING;
-    }
-    let next = if exit == 0 {
-        String::new()
-    } else {
-        format!(
-            "Next: stiffbench session recover {} --out NEW\n",
-            folder.display()
-        )
-    };
-    let text = format!(
-        "{}: {}, {}; {found}\n{}: {table_found}\n{files_found}{raw_found}{next}",
+    let mut document = Document::new();
+    document.item(format!(
+        "{}: {}, {}; {found}",
         folder.display(),
         counted(read.journal.records.len(), "event"),
         counted(state.readings.len(), "reading"),
-        folder.join("readings.csv").display()
-    );
+    ));
+    let file = folder.join("readings.csv");
+    document.item(format!("{}: {table_found}", file.display()));
+    if robot_changed {
+        exit = exit.max(PART);
+        document.item("changed after the session: robot.toml");
+    }
+    if !not_verified.is_empty() {
+        let names = not_verified.join("; ");
+        document.item(format!(
+            "not verified, because the journal has no hash of it: {names}"
+        ));
+    }
+    raw_found.map(|found| document.item(found));
+    if exit == PART && read.journal.records.is_empty() {
+        exit = NOTHING;
+    }
+    if exit != 0 {
+        document.next(format!("session recover {} --out NEW", folder.display()));
+    }
     let data = VerifyReport {
         journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
         table,
@@ -93,7 +90,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         not_verified,
         raw,
     };
-    let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
+    let mut outcome = Outcome::new("session-verify", document, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
         outcome = outcome
@@ -104,10 +101,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
 }
 
 /// The readings beside the bytes of the gauges: for JSON, in words, and the exit code for it.
-fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String, u8) {
+fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, Option<String>, u8) {
     let mut readings = state.readings.iter();
     if readings.all(|kept| kept.taken.raw_bytes.is_empty()) {
-        return (None, String::new(), 0);
+        return (None, None, 0);
     }
     let check = check_raw_bytes(folder, state);
     let behind = match check.behind.len() {
@@ -134,11 +131,11 @@ fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String,
         }
     };
     let text = format!(
-        "{}: the bytes of {} are in the traces{behind}{wrong}\n",
+        "{}: the bytes of {} are in the traces{behind}{wrong}",
         folder.join("raw").display(),
         counted(check.found, "value")
     );
-    (Some(check), text, exit)
+    (Some(check), Some(text), exit)
 }
 
 /// The table beside its journal: for JSON, in words, and the exit code for it.
@@ -240,16 +237,17 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
     let journal = recover(folder, out, Timestamp::now())?;
     let state = SessionState::fold(&journal.records);
     let (found, exit) = (journal.end.finding(), exit_for(&journal));
-    let text = format!(
-        "{}: {} and {} kept and read back; {found}\n{} is as it was\nNext: stiffbench session status {}\n",
+    let mut document = Document::new();
+    document.item(format!(
+        "{}: {} and {} kept and read back; {found}",
         out.display(),
         counted(journal.records.len(), "event"),
         counted(state.readings.len(), "reading"),
-        folder.display(),
-        out.display()
-    );
+    ));
+    document.item(format!("{} is as it was", folder.display()));
+    document.next(format!("session status {}", out.display()));
     let data = report(&journal, &state, exit);
-    Ok(Outcome::new("session-recover", text, data)
+    Ok(Outcome::new("session-recover", document, data)
         .with_warnings(warnings)
         .with_exit(exit))
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::thread;
 
 use jiff::Timestamp;
+use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs, ReadError, header_sha256, read_text, session_file};
 use crate::cli::args::Global;
@@ -96,16 +97,16 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let state = replay_session(&machine, played, &mut journal, watch)?;
     folder.rewrite_table(&state)?;
     let report = compare(args, &recorded, &state);
-    let text = format!(
-        "{}: {} of {} recorded readings came again; largest differences {:.3} N, {:.2} um\nNext: stiffbench session log {}\n",
+    let mut document = Document::of(format!(
+        "{}: {} of {} recorded readings came again; largest differences {:.3} N, {:.2} µm",
         args.out.display(),
         report.replayed,
         report.recorded,
         report.largest_difference_n,
         report.largest_difference_um,
-        args.out.display()
-    );
-    Ok(Outcome::new("session-replay", text, report)
+    ));
+    document.next(format!("session log {}", args.out.display()));
+    Ok(Outcome::new("session-replay", document, report)
         .with_inputs(Inputs::default().with_folder(&args.out, &header))
         .with_warnings(traces.warnings))
 }

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
+use stiffbench_document::Document;
+
 use crate::analysis::{ArgumentError, Inputs};
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -11,7 +13,7 @@ use crate::cli::outcome::Outcome;
 use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
-use super::inspect::undone_text;
+use super::inspect::{event_text, undone_text};
 use super::prepare::{day_of_last_event, overdue, plan_of};
 
 /// Takes back the last reading, skip or flag, and states which it was.
@@ -43,29 +45,21 @@ pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
         Timestamp::now(),
         state.last_s,
     )?;
-    let was = read
-        .records
-        .iter()
-        .filter(|record| undone.events.contains(&record.seq))
-        .map(|record| {
-            format!(
-                "  event {}: {}\n",
-                record.seq,
-                super::inspect::event_text(&record.event)
-            )
-        });
-    let was: String = was.collect();
     state.apply(&record);
     held.rewrite_table(&state)?;
     let words = undone_text(&undone);
-    let text = format!(
-        "{}: {words}\n{was}{} of {} readings; the journal keeps what was taken back, event {} takes it back\nNext: stiffbench session resume {}\n",
-        folder.display(),
+    let mut document = Document::of(format!("{}: {words}", folder.display()));
+    let was = read.records.iter();
+    for taken in was.filter(|one| undone.events.contains(&one.seq)) {
+        document.item(format!("event {}: {}", taken.seq, event_text(&taken.event)));
+    }
+    document.paragraph(format!(
+        "{} of {} readings; the journal keeps what was taken back, event {} takes it back",
         state.taken.len(),
         plan.len(),
         record.seq,
-        folder.display()
-    );
+    ));
+    document.next(format!("session resume {}", folder.display()));
     let report = UndoReport {
         folder: folder.to_owned(),
         event: record.seq,
@@ -75,7 +69,7 @@ pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
         accepted: state.taken.len(),
         skipped: state.skipped.len(),
     };
-    Ok(Outcome::new("session-undo", text, report)
+    Ok(Outcome::new("session-undo", document, report)
         .with_inputs(Inputs::default().with_folder(folder, &header))
         .with_warnings(warnings))
 }

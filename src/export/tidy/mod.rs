@@ -19,5 +19,4 @@ pub use readings::{load_case_table, reading_table};
 pub use ro_crate::ro_crate;
 pub use spreadsheet::{SpreadsheetError, xlsx};
 pub use stiffness::{stiffness_tables, vector_stiffness_tables};
-pub(super) use table::csv_of;
-pub use table::{FieldKind, TidyColumn, TidyTable, csv};
+pub use table::{FieldKind, TidyColumn, TidyTable, csv, csv_of};

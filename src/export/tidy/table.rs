@@ -115,14 +115,11 @@ impl TidyTable {
 #[must_use]
 pub fn csv(table: &TidyTable) -> Vec<u8> {
     let heads = table.columns.iter().map(|column| column.name.as_str());
-    csv_of(heads, &table.rows)
+    csv_of(heads, &table.rows).into_bytes()
 }
 
 /// Rows below their heads, each as long as them, as CSV of the same kind.
-pub(in crate::export) fn csv_of<'h>(
-    heads: impl Iterator<Item = &'h str>,
-    rows: &[Vec<String>],
-) -> Vec<u8> {
+pub fn csv_of<'h>(heads: impl Iterator<Item = &'h str>, rows: &[Vec<String>]) -> String {
     let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
     // Writing into memory cannot fail.
     let _ = writer.write_record(heads);
@@ -130,7 +127,7 @@ pub(in crate::export) fn csv_of<'h>(
         let cells = row.iter().map(|text| escape_formula(text).into_owned());
         let _ = writer.write_record(cells);
     }
-    writer.into_inner().unwrap_or_default()
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
 }
 
 #[cfg(test)]

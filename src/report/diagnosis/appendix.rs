@@ -35,7 +35,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
         section.paragraph(
             "Rejected: the decrease of the weighted squares by a value with an impossible sign.",
         );
-        section.table(table_of(
+        section.rows(
             report.impossible(),
             &[
                 ("law and place", &|one| named(one.law, &one.place)),
@@ -43,7 +43,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
                     significant(one.delta_chi2, 3)
                 }),
             ],
-        ));
+        );
     }
     section.append(critical_values(report));
     section.paragraph("Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.");
@@ -209,7 +209,7 @@ fn strata(report: &DiagnosisReport) -> Document {
     // The draws for a coarse gauge can show no less.
     let less = |at_floor: bool| if at_floor { "<" } else { "" };
     let mut section = Document::new();
-    section.table(table_of(
+    section.rows(
         &report.located.tests,
         &[
             ("contrast", &|test| test.contrast.to_string()),
@@ -223,7 +223,7 @@ fn strata(report: &DiagnosisReport) -> Document {
             ("size", &|test| report.subject.reading(test.size_m)),
             ("sits in", &|test| or_dash(test.spots.first(), spot)),
         ],
-    ));
+    );
     for one in &report.located.untested {
         section.item(format!("{} was not tested: {}.", one.contrast, one.why));
     }
@@ -287,7 +287,7 @@ fn suspects(report: &DiagnosisReport) -> Document {
             }
         };
         let possible = |one: &&ExplainedShare| if one.possible { "yes" } else { "no" }.to_owned();
-        section.table(table_of(
+        section.rows(
             shares.iter().take(PARTS),
             &[
                 ("part", &|one| one.component.to_string()),
@@ -296,7 +296,7 @@ fn suspects(report: &DiagnosisReport) -> Document {
                 ("possible", &possible),
                 ("alike", &alike),
             ],
-        ));
+        );
     }
     section
 }
@@ -317,14 +317,14 @@ fn quality(report: &DiagnosisReport) -> Document {
         ));
     } else {
         section.paragraph(format!("{of_all} Error in each pose left out of the fit:"));
-        section.table(table_of(
+        section.rows(
             before.held_out.iter().zip(&after.held_out),
             &[
                 ("pose left out", &|(before, _)| before.pose.to_string()),
                 ("before", &|(before, _)| subject.reading(before.rms_m)),
                 ("after", &|(_, after)| subject.reading(after.rms_m)),
             ],
-        ));
+        );
     }
     section
 }

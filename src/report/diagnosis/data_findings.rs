@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::Document;
+use stiffbench_document::{Document, sign_of};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadRun};
@@ -331,7 +331,7 @@ fn bad_run(bad: &BadRun) -> String {
     let um_per_n = |compliance: f64| significant(micro(compliance), 4);
     let of_cells = || {
         format!(
-            "where all other cells predict {} ± {} um/N (k = 2)",
+            "where all other cells predict {} ± {} µm/N (k = 2)",
             um_per_n(bad.expected),
             significant(micro(2.0 * bad.u), 2),
         )
@@ -344,7 +344,7 @@ fn bad_run(bad: &BadRun) -> String {
             format!("{}{}", of_cells(), put_right(bad.factor))
         }
         (Some(_), _) => format!(
-            "where the other repeats predict {} ± {} um/N (k = 2){}",
+            "where the other repeats predict {} ± {} µm/N (k = 2){}",
             um_per_n(bad.expected),
             significant(micro(2.0 * bad.u), 2),
             put_right(bad.factor)
@@ -352,7 +352,7 @@ fn bad_run(bad: &BadRun) -> String {
         (None, None) => "against its load, which no structure does: check the sign of force and displacement there".to_owned(),
     };
     format!(
-        "{}: it yields by {} um/N, {expected}.",
+        "{}: it yields by {} µm/N, {expected}.",
         run_name(bad),
         um_per_n(bad.compliance)
     )
@@ -370,6 +370,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
     }
     for one in bad.iter().take(NAMED) {
         let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
+        let unit = sign_of(unit);
         let (expected, _) = reading_shown(one.expected_m, one.quantity, 4);
         let (twice_u, _) = reading_shown(2.0 * one.u_m, one.quantity, 2);
         let slip = put_right(one.factor);

@@ -8,6 +8,7 @@ use stiffbench_document::{Document, Table};
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{KnownEffect, LawAtPlace};
 use crate::report::significant;
+use crate::report::text::with_unit;
 
 use super::summary::FittedParameter;
 
@@ -65,7 +66,7 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
         for (parameter, value) in &one.parameters {
             rows.row([
                 name.clone(),
-                format!("{parameter}, {}", value.after.unit),
+                with_unit(parameter, &value.after.unit),
                 significant(value.given, 4),
                 significant(value.after.value, 4),
                 value.after.interval_in_words(3),

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::{Document, table_of};
+use stiffbench_document::Document;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
@@ -309,13 +309,15 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
             .map_or_else(|| "given".to_owned(), |dof| format!("{dof:.0}"))
     };
     let digits = |of: &NoiseDeviation| significant(of.value, 2);
-    let table = table_of(
+    let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
+    let mut document = Document::of(head);
+    document.rows(
         rows,
         &[
             ("noise estimated from", &|(name, ..)| (*name).to_owned()),
-            ("reading, um", &|(_, noise, ..)| digits(&noise.reading_sd)),
+            ("reading, µm", &|(_, noise, ..)| digits(&noise.reading_sd)),
             ("dof", &|(_, noise, ..)| dof(&noise.reading_sd)),
-            ("gauge zero, um", &|(_, noise, ..)| digits(&noise.zero_sd)),
+            ("gauge zero, µm", &|(_, noise, ..)| digits(&noise.zero_sd)),
             ("dof", &|(_, noise, ..)| dof(&noise.zero_sd)),
             ("run slope, %", &|(_, noise, ..)| {
                 percent(noise.run_slope_sd.value)
@@ -325,10 +327,6 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
             ("counts", &|(.., counts)| (*counts).to_owned()),
         ],
     );
-    let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
-    let mut document = Document::new();
-    document.paragraph(head);
-    document.table(table);
     document
 }
 

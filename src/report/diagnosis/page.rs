@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, ascii_units};
 
 use crate::mismatch::{
     ConfigurationSizes, ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict,
@@ -40,7 +40,7 @@ pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) 
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
     let mut document = bad_readings_first(report);
-    document.paragraph(headline(report));
+    document.paragraph(headline_words(report));
     let when = |shown: bool, section: &dyn Fn() -> Document| {
         if shown { section() } else { Document::new() }
     };
@@ -96,8 +96,13 @@ fn size(subject: &Subject, finding: &Finding) -> String {
     )
 }
 
-/// The verdict in a sentence.
+/// The verdict in a sentence with ASCII units, for programs.
 pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
+    ascii_units(&headline_words(report))
+}
+
+/// The verdict in a sentence.
+pub(in crate::report) fn headline_words(report: &DiagnosisReport) -> String {
     let (diagnosis, subject) = (&report.diagnosis, &report.subject);
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let sized = |answer: &&DiagnosisAnswer<'_>| match answer {

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::{Document, table_of};
+use stiffbench_document::Document;
 
 use crate::analysis::{DiagnosisReport, SessionShare};
 use crate::mismatch::LawAtPlace;
@@ -111,26 +111,25 @@ pub(super) fn sessions(report: &DiagnosisReport) -> Document {
         return Document::new();
     }
     let digits = |value: f64| significant(value, 2);
-    let table = table_of(
+    let decided = report
+        .sessions
+        .iter()
+        .filter_map(|one| decided(report, one));
+    let mut document = Document::under("Sessions, each with its own noise (standard deviations)");
+    document.rows(
         &report.sessions,
         &[
             ("session", &|one| one.name.clone()),
             ("readings", &|one| one.readings.to_string()),
             ("runs", &|one| one.runs.to_string()),
             ("bad", &|one| one.bad_readings.to_string()),
-            ("reading, um", &|one| digits(micro(one.noise.reading_sd_m))),
-            ("gauge zero, um", &|one| digits(micro(one.noise.zero_sd_m))),
+            ("reading, µm", &|one| digits(micro(one.noise.reading_sd_m))),
+            ("gauge zero, µm", &|one| digits(micro(one.noise.zero_sd_m))),
             ("run slope, %", &|one| {
                 digits(100.0 * one.noise.run_slope_sd)
             }),
         ],
     );
-    let decided = report
-        .sessions
-        .iter()
-        .filter_map(|one| decided(report, one));
-    let mut document = Document::under("Sessions, each with its own noise (standard deviations)");
-    document.table(table);
     for sentence in decided {
         document.paragraph(sentence);
     }

@@ -1,6 +1,6 @@
 //! The tables of the verdict page: factors, errors, and what would have been found.
 
-use stiffbench_document::{Document, Table, TextColumn, table_of};
+use stiffbench_document::{Document, Table, TextColumn};
 
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
@@ -54,7 +54,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
         columns.retain(|(head, _)| !["without", "change"].contains(head));
         columns[1].0 = "value";
     }
-    section.table(table_of(report.factor_changes(), &columns));
+    section.rows(report.factor_changes(), &columns);
     section
 }
 

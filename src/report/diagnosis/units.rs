@@ -1,5 +1,7 @@
 //! The units and words of what a diagnosis is of: a robot in those of its bench, a part in those of its table.
 
+use stiffbench_document::sign_of;
+
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::mismatch::{EstimatedValue, PartUnit};
 use crate::physics::{Dimension, ParameterSpec};
@@ -64,11 +66,11 @@ impl Subject {
                 if spec.dimension.powers().is_some() || spec.dimension == Dimension::Share =>
             {
                 let unit = units.of(spec);
-                (unit.si_per_unit.recip(), unit.name)
+                (unit.si_per_unit.recip(), sign_of(&unit.name))
             }
             _ => {
                 let (factor, unit) = spec.dimension.printed(size);
-                (factor, unit.to_owned())
+                (factor, sign_of(unit))
             }
         }
     }
@@ -178,8 +180,8 @@ fn um(value_m: f64) -> String {
 /// The same of a length in µm.
 pub(super) fn um_shown(value: f64) -> String {
     if value.abs() >= 99.95 {
-        format!("{value:.0} um")
+        format!("{value:.0} µm")
     } else {
-        format!("{value:.1} um")
+        format!("{value:.1} µm")
     }
 }

@@ -1,14 +1,12 @@
 //! What moves the stiffness over the workspace.
 
-use std::fmt::Write;
-
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::Table;
+use stiffbench_document::{Document, Table};
 
-use crate::distribution::{DesignSensitivity, JointSensitivity};
+use crate::distribution::DesignSensitivity;
 use crate::quantity::{
     NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, RAD_PER_MICRORADIAN,
 };
@@ -19,78 +17,70 @@ use crate::structure::Property;
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Sections that move a stiffness by less than this share of it per share of all their constants are counted, not listed.
 const WORTH_LISTING: f64 = 5e-4;
-/// Joints that take less of a stiffness than so many per cent per urad/(N·m) are counted, not listed.
+/// Joints that take less of a stiffness than so many per cent per µrad/(N·m) are counted, not listed.
 const JOINT_WORTH_LISTING: f64 = 0.001;
 
 /// Sensitivities of one mechanism along one axis, for people.
 #[must_use]
-pub fn sensitivity_text(mechanism: &str, found: &DesignSensitivity) -> String {
-    let axis = AXES[found.axis];
-    let mut text = format!(
-        "mechanism {mechanism}, stiffness along {axis}: least {} N/um, mean {} N/um\n\n",
+pub fn sensitivity_document(mechanism: &str, found: &DesignSensitivity) -> Document {
+    let mut document = Document::of(format!(
+        "mechanism {mechanism}, stiffness along {}: least {} N/µm, mean {} N/µm",
+        AXES[found.axis],
         significant(found.smallest_n_per_m / N_PER_UM, 4),
         significant(found.mean_n_per_m / N_PER_UM, 4),
-    );
-    let mut heads = vec!["section".to_owned()];
-    for of in ["least", "mean"] {
-        heads.extend(Property::ALL.map(|property| format!("{of} {}", property.name())));
-    }
-    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    ));
+    let heads = ["least", "mean"].map(|of| Property::ALL.map(|one| format!("{of} {}", one.name())));
+    let heads = heads.iter().flatten().map(String::as_str);
+    let heads: Vec<&str> = std::iter::once("section").chain(heads).collect();
     let mut table = Table::new(&heads);
     let size = |values: &[f64; 4]| values.iter().map(|v| v.abs()).fold(0.0, f64::max);
     let mut sections: Vec<_> = found.sections.iter().collect();
     sections.sort_by(|a, b| {
         (size(&b.smallest) + size(&b.mean)).total_cmp(&(size(&a.smallest) + size(&a.mean)))
     });
-    let listed = sections
-        .iter()
-        .filter(|s| size(&s.smallest).max(size(&s.mean)) >= WORTH_LISTING);
-    let mut count = 0;
-    for section in listed {
-        count += 1;
+    let count = sections.len();
+    sections.retain(|one| size(&one.smallest).max(size(&one.mean)) >= WORTH_LISTING);
+    for section in &sections {
         let numbers = section.smallest.iter().chain(&section.mean);
-        table.row(
-            [section.section.clone()]
-                .into_iter()
-                .chain(numbers.map(|v| format!("{v:.3}"))),
-        );
+        let numbers = numbers.map(|v| format!("{v:.3}"));
+        table.row(std::iter::once(section.section.clone()).chain(numbers));
     }
-    text.push_str("Per cent of stiffness per per cent of a section constant:\n\n");
-    text.push_str(&table.text());
-    let rest = sections.len() - count;
+    document.paragraph("Per cent of stiffness per per cent of a section constant:");
+    document.table(table);
+    let rest = count - sections.len();
     if rest > 0 {
-        let _ = writeln!(text, "{rest} sections move neither by 0.05 % of theirs.");
+        document.paragraph(format!("{rest} sections move neither by 0.05 % of theirs."));
     }
-    text.push_str(&joints_text(found));
-    text
+    add_joints(&mut document, found);
+    document
 }
 
-fn joints_text(found: &DesignSensitivity) -> String {
+fn add_joints(document: &mut Document, found: &DesignSensitivity) {
     if found.joints.is_empty() {
-        return "Joints that yield already have no derivatives here.\n".to_owned();
+        document.paragraph("Joints that yield already have no derivatives here.");
+        return;
     }
     let mut joints: Vec<_> = found.joints.iter().collect();
     joints.sort_by(|a, b| (a.smallest + a.mean).total_cmp(&(b.smallest + b.mean)));
+    let count = joints.len();
     let percent = |slope: f64| 100.0 * slope * RAD_PER_MICRORADIAN;
     let is_listed = |slope: f64| percent(slope).abs() >= JOINT_WORTH_LISTING;
-    let listed = |joint: &&&JointSensitivity| is_listed(joint.smallest) || is_listed(joint.mean);
-    let mut table = Table::new(&["joint", "least", "mean"]);
-    for joint in joints.iter().filter(listed) {
-        let numbers = [joint.smallest, joint.mean].map(|slope| significant(percent(slope), 3));
-        table.row([joint.joint.clone()].into_iter().chain(numbers));
-    }
-    let mut text = format!(
-        "\nPer cent of stiffness per urad/(N*m) of compliance in a joint that was rigid, to first order:\n\n{}",
-        table.text()
+    joints.retain(|joint| is_listed(joint.smallest) || is_listed(joint.mean));
+    let rest = count - joints.len();
+    document.paragraph("Per cent of stiffness per µrad/(N·m) of compliance in a joint that was rigid, to first order:");
+    document.rows(
+        joints,
+        &[
+            ("joint", &|joint| joint.joint.clone()),
+            ("least", &|joint| significant(percent(joint.smallest), 3)),
+            ("mean", &|joint| significant(percent(joint.mean), 3)),
+        ],
     );
-    let rest = joints.len() - joints.iter().filter(listed).count();
     if rest > 0 {
-        let _ = writeln!(
-            text,
+        document.paragraph(format!(
             "{rest} joints take less than {JOINT_WORTH_LISTING} % of either."
-        );
+        ));
     }
-    text
 }
 
 /// What moves the stiffness of a mechanism along an axis.

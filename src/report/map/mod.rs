@@ -18,7 +18,7 @@ use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
-pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_text};
+pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_document};
 pub use json::{
     DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult,
     MapSummary, MechanismMap, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,

@@ -1,12 +1,11 @@
 //! The paper's Tables VII to X beside maps of its mechanisms.
 
-use std::fmt::Write;
-
-use stiffbench_document::Table;
+use indexmap::IndexSet;
+use stiffbench_document::{Document, Table};
 
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::paper::{PaperCell, Printed, direction, printed_rows, reasons};
+use crate::report::paper::{PaperCell, Printed, add_reasons, direction, printed_rows};
 use crate::report::text::{digits, or_dash};
 
 /// Tables of the stiffness distribution, with their titles and what stands beside one another in each.
@@ -94,9 +93,8 @@ fn value(statistics: &ColumnStatistics, quantity: &str) -> Option<f64> {
     }
 }
 
-/// The tables with paper, ours and ratio side by side; empty without cells of ours.
-pub(super) fn text(cells: &[PaperCell]) -> String {
-    let mut text = String::new();
+/// Adds the tables with paper, ours and ratio side by side; none without cells of ours.
+pub(super) fn add_tables(document: &mut Document, cells: &[PaperCell]) {
     for (table, title) in TITLES {
         let cells: Vec<&PaperCell> = cells
             .iter()
@@ -105,18 +103,16 @@ pub(super) fn text(cells: &[PaperCell]) -> String {
         if cells.is_empty() {
             continue;
         }
-        let _ = writeln!(
-            text,
-            "\nTable {table}. {title}, N/um and %: paper, ours, ours/paper\n"
-        );
-        text.push_str(&side_by_side(&cells));
-        text.push_str(&reasons(&cells));
+        document.paragraph(format!(
+            "Table {table}. {title}, N/µm and %: paper, ours, ours/paper"
+        ));
+        document.table(side_by_side(&cells));
+        add_reasons(document, &cells);
     }
-    text
 }
 
 /// One line a row of the print, three columns a quantity.
-fn side_by_side(cells: &[&PaperCell]) -> String {
+fn side_by_side(cells: &[&PaperCell]) -> Table {
     // A ratio has a row of its own in the print, under the quantity it is a ratio of.
     let head_of = |cell: &PaperCell| -> String {
         let quantity = cell.quantity.split(',').next().unwrap_or_default();
@@ -131,39 +127,27 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
             quantity
         }
     };
-    let mut heads: Vec<String> = Vec::new();
-    let mut names: Vec<&str> = Vec::new();
-    for cell in cells {
-        let head = head_of(cell);
-        if !heads.contains(&head) {
-            heads.push(head);
-        }
-        if !names.contains(&cell.row.as_str()) {
-            names.push(&cell.row);
-        }
-    }
-    let mut columns = vec!["row".to_owned()];
-    for head in &heads {
-        columns.extend([head.clone(), "ours".to_owned(), "ratio".to_owned()]);
-    }
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let heads: IndexSet<String> = cells.iter().map(|cell| head_of(cell)).collect();
+    let names: IndexSet<&str> = cells.iter().map(|cell| cell.row.as_str()).collect();
+    let columns = heads.iter().flat_map(|head| [head, "ours", "ratio"]);
+    let columns: Vec<&str> = std::iter::once("row").chain(columns).collect();
     let mut rows = Table::new(&columns);
     for name in names {
-        let mut line = vec![name.to_owned()];
-        for head in &heads {
-            let found = cells
-                .iter()
-                .find(|cell| cell.row == name && head_of(cell) == *head);
-            match found {
-                Some(cell) => line.extend([
-                    cell.paper.to_string(),
-                    digits(cell.ours, 4),
-                    or_dash(cell.ratio, |ratio| format!("{ratio:.2}")),
-                ]),
-                None => line.extend(["-", "-", "-"].map(str::to_owned)),
-            }
-        }
-        rows.row(line);
+        let of_head = heads.iter().flat_map(|head| {
+            let mut found = cells.iter();
+            let found = found.find(|cell| cell.row == name && head_of(cell) == *head);
+            found.map_or_else(
+                || ["-"; 3].map(str::to_owned),
+                |cell| {
+                    [
+                        cell.paper.to_string(),
+                        digits(cell.ours, 4),
+                        or_dash(cell.ratio, |ratio| format!("{ratio:.2}")),
+                    ]
+                },
+            )
+        });
+        rows.row(std::iter::once(name.to_owned()).chain(of_head));
     }
-    rows.text()
+    rows
 }

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::table_of;
+use stiffbench_document::{Document, sign_of};
 
 use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{BinValue, Figure, PlaneMap, PlaneMapFigure};
@@ -151,24 +151,24 @@ struct Quantity {
 impl ShiftReport<'_> {
     /// Tables for people.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = format!("{}\n", self.heading());
+    pub fn document(&self) -> Document {
+        let mut document = Document::of(self.cause_words());
+        document.paragraph(self.about.about());
         for (index, map) in self.maps.iter().enumerate() {
             let mass = self.mass_words(index);
-            let _ = writeln!(text, "\nmechanism {}{mass}\n", map.mechanism);
-            text.push_str(&self.table(map));
+            document.paragraph(format!("mechanism {}{mass}", map.mechanism));
+            self.add_table(&mut document, map);
             if let Some((_, reason)) = map.failed.first() {
                 let count = map.failed.len();
-                let _ = writeln!(
-                    text,
+                document.paragraph(format!(
                     "{count} of the poses have no answer, for example: {reason}"
-                );
+                ));
             }
         }
-        text
+        document
     }
 
-    fn table(&self, map: &ShiftMap) -> String {
+    fn add_table(&self, document: &mut Document, map: &ShiftMap) {
         let plane = &self.about.poses.plane;
         let [first, second] = plane_letters(plane);
         let (first, second) = (format!("worst at {first}, m"), format!("{second}, m"));
@@ -179,11 +179,11 @@ impl ShiftReport<'_> {
         });
         let digits = |value: f64| significant(value, DIGITS);
         let place = |row: usize, axis: usize| format!("{:.3}", plane.place(map.ends_m[row])[axis]);
-        table_of(
+        document.rows(
             rows,
             &[
                 ("quantity", &|(one, ..)| {
-                    format!("{}, {}", one.words, one.unit)
+                    format!("{}, {}", one.words, sign_of(one.unit))
                 }),
                 ("least", &|(_, spread, _)| digits(spread.least.0)),
                 ("5 %", &|(_, spread, _)| digits(spread.quantiles[0])),
@@ -195,12 +195,11 @@ impl ShiftReport<'_> {
                 (&second, &|(.., row)| place(*row, 1)),
                 ("angles, deg", &|(.., row)| self.angles(map, *row)),
             ],
-        )
-        .text()
+        );
     }
 
-    fn heading(&self) -> String {
-        let about = self.about;
+    /// Why the end moves, in a sentence.
+    fn cause_words(&self) -> String {
         match &self.cause {
             ShiftCause::Load { load, limit_m } => {
                 let [fx, fy, fz, mx, my, mz] = load;
@@ -211,14 +210,13 @@ impl ShiftReport<'_> {
                     )
                 });
                 format!(
-                    "Displacement and rotation of the end under F = ({fx}, {fy}, {fz}) N, M = ({mx}, {my}, {mz}) N*m{limit}.\n{}",
-                    about.about()
+                    "Displacement and rotation of the end under F = ({fx}, {fy}, {fz}) N, M = ({mx}, {my}, {mz}) N·m{limit}."
                 )
             }
-            ShiftCause::Weight(_) => format!(
-                "Sag of the end under the robot's own weight, from the shape without gravity.\n{}",
-                about.about()
-            ),
+            ShiftCause::Weight(_) => {
+                "Sag of the end under the robot's own weight, from the shape without gravity."
+                    .to_owned()
+            }
         }
     }
 
@@ -361,7 +359,7 @@ impl ShiftReport<'_> {
             title: format!("{}: {words}", self.about.robot.name),
             quantity: "displacement of the end".to_owned(),
             unit: "µm".to_owned(),
-            about: self.heading().replace('\n', " ").replace("N*m", "N·m"),
+            about: format!("{} {}", self.cause_words(), self.about.about()),
             maps: self.plane_maps(),
             range: None,
         };

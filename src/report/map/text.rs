@@ -1,8 +1,7 @@
 //! Maps for people.
 
-use std::fmt::Write;
-
-use stiffbench_document::{Table, table_of};
+use indexmap::IndexSet;
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
@@ -15,62 +14,63 @@ use super::{MapReport, unit_of};
 impl MapReport<'_> {
     /// Statistics, where the extremes and regions lie, and the paper's tables.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = format!("{}, factors {}\n", self.robot.name, self.factors_name);
-        let _ = writeln!(text, "{}.", self.sampling_words());
-        text.push_str(&self.methods());
+    pub fn document(&self) -> Document {
+        let mut document = Document::of(format!(
+            "{}, factors {}",
+            self.robot.name, self.factors_name
+        ));
+        document.paragraph(format!("{}.", self.sampling_words()));
+        self.add_methods(&mut document);
         let columns = self.mechanisms.iter();
         let columns = columns.map(|(_, study)| study.map.columns.len());
         for column in 0..columns.max().unwrap_or_default() {
             let Some(name) = self.column_name(column) else {
                 continue;
             };
-            let _ = writeln!(text, "\nStiffness {name}\n");
-            text.push_str(&self.statistics(column));
-            text.push_str(&self.fits(column));
+            document.paragraph(format!("Stiffness {name}"));
+            self.add_statistics(&mut document, column);
+            self.add_fits(&mut document, column);
         }
-        text.push_str(&self.rigid());
+        self.add_rigid(&mut document);
         if self.directions().next().is_some() {
-            text.push_str(&self.extremes());
-            text.push_str(&self.regions());
+            self.add_extremes(&mut document);
+            self.add_regions(&mut document);
         }
-        text.push_str(&paper::text(&self.paper_cells()));
-        text.push_str(&self.notes());
-        text
+        paper::add_tables(&mut document, &self.paper_cells());
+        document.append(self.notes());
+        document
     }
 
     fn column_name(&self, column: usize) -> Option<String> {
         let mut studies = self.mechanisms.iter();
         let study = studies.find_map(|(_, study)| study.found(column))?;
         let (unit, _) = unit_of(&study.column);
-        Some(format!("{}, {unit}", direction_words(&study.column)))
+        Some(format!(
+            "{}, {}",
+            direction_words(&study.column),
+            sign_of(unit)
+        ))
     }
 
-    fn methods(&self) -> String {
-        let mut text = "\nHow the poses are solved:\n".to_owned();
+    fn add_methods(&self, document: &mut Document) {
+        document.paragraph("How the poses are solved:");
         for (effects, study) in &self.mechanisms {
-            let _ = writeln!(
-                text,
-                "  mechanism {}: {}",
-                study.map.mechanism,
-                study.method.join("; ")
-            );
+            let (map, method) = (&study.map, study.method.join("; "));
+            // Their words are those of the machine: a line holds all of them.
+            document.lines(format!("  mechanism {}: {method}", map.mechanism));
             for effect in effects {
-                let _ = writeln!(text, "    with {effect}");
+                document.lines(format!("    with {effect}"));
             }
-            if !study.map.failed.is_empty() {
-                let _ = writeln!(
-                    text,
-                    "    {} of the poses cannot be reached, for example: {}",
-                    study.map.failed.len(),
-                    study.map.failed[0].1
-                );
+            if let Some((_, reason)) = map.failed.first() {
+                document.lines(format!(
+                    "    {} of the poses cannot be reached, for example: {reason}",
+                    map.failed.len()
+                ));
             }
         }
-        text
     }
 
-    fn statistics(&self, column: usize) -> String {
+    fn add_statistics(&self, document: &mut Document, column: usize) {
         let ends = |one: &ColumnStudy| {
             let ends = [one.statistics.smallest, one.statistics.largest];
             ends.map(|end| end.stiffness_n_per_m)
@@ -86,7 +86,7 @@ impl MapReport<'_> {
             let found = quantiles.find(|quantile| quantile.share == share);
             found.map_or_else(String::new, |q| stiffness(&one.column, q.stiffness_n_per_m))
         };
-        table_of(
+        document.rows(
             self.found(column),
             &[
                 ("mechanism", &|(name, _)| (*name).to_owned()),
@@ -107,8 +107,7 @@ impl MapReport<'_> {
                 ("median", &|(_, one)| quantile(one, 0.5)),
                 ("95 %", &|(_, one)| quantile(one, 0.95)),
             ],
-        )
-        .text()
+        );
     }
 
     /// What was found of a column, with the name of the mechanism.
@@ -119,40 +118,36 @@ impl MapReport<'_> {
     }
 
     /// What does not yield.
-    fn rigid(&self) -> String {
-        let mut text = String::new();
+    fn add_rigid(&self, document: &mut Document) {
         for (_, study) in &self.mechanisms {
             let name = &study.map.mechanism;
             let rigid: Vec<String> = study.rigid().map(direction_words).collect();
             if !rigid.is_empty() {
-                let _ = writeln!(
-                    text,
-                    "\nMechanism {name} is rigid {}: nothing yields there in any pose.",
+                document.paragraph(format!(
+                    "Mechanism {name} is rigid {}: nothing yields there in any pose.",
                     rigid.join(", ")
-                );
+                ));
             }
             for found in study.columns.iter().filter(|c| c.statistics.rigid > 0) {
-                let _ = writeln!(
-                    text,
-                    "\nMechanism {name} is rigid {} in {} of {} poses; the numbers are for the other poses.",
+                document.paragraph(format!(
+                    "Mechanism {name} is rigid {} in {} of {} poses; the numbers are for the other poses.",
                     direction_words(&found.column),
                     found.statistics.rigid,
                     study.map.len()
-                );
+                ));
             }
         }
-        text
     }
 
     /// What the uncertainty of the fit does to a column, if it was carried.
-    fn fits(&self, column: usize) -> String {
+    fn add_fits(&self, document: &mut Document, column: usize) {
         let found = self.found(column);
         let found = found.filter_map(|(name, one)| Some((name, &one.column, one.fit.as_ref()?)));
         let found: Vec<_> = found.collect();
         if found.is_empty() {
-            return String::new();
+            return;
         }
-        let table = table_of(
+        document.rows(
             found,
             &[
                 ("by the fit", &|(name, ..)| (*name).to_owned()),
@@ -165,12 +160,10 @@ impl MapReport<'_> {
                 ("mean", &|(_, of, fit)| stiffness(of, fit.mean.value)),
                 ("U, k", &|(_, of, fit)| expanded(of, &fit.mean)),
             ],
-        )
-        .text();
-        format!("\n{table}")
+        );
     }
 
-    fn extremes(&self) -> String {
+    fn add_extremes(&self, document: &mut Document) {
         let [first, second] = plane_column_heads(&self.poses.plane);
         let (first, second) = (format!("{first}, m"), format!("{second}, m"));
         let unit = self.units();
@@ -210,10 +203,8 @@ impl MapReport<'_> {
                 );
             }
         }
-        format!(
-            "\nWhere the extremes lie, refined to the limits\n\n{}",
-            rows.text()
-        )
+        document.paragraph("Where the extremes lie, refined to the limits");
+        document.table(rows);
     }
 
     /// The studied directions, mechanism by mechanism; principal stiffnesses have their regions in the JSON only.
@@ -228,17 +219,10 @@ impl MapReport<'_> {
 
     /// The units of the directions in one table.
     fn units(&self) -> String {
-        let mut units: Vec<&str> = Vec::new();
-        for (_, found) in self.directions() {
-            let (unit, _) = unit_of(&found.column);
-            if !units.contains(&unit) {
-                units.push(unit);
-            }
-        }
-        if units.is_empty() {
-            return "N/um".to_owned();
-        }
-        units.join(" or ")
+        let units = self.directions();
+        let units = units.map(|(_, found)| sign_of(unit_of(&found.column).0));
+        let units: IndexSet<String> = units.collect();
+        units.into_iter().collect::<Vec<_>>().join(" or ")
     }
 
     /// Names of outermost points.
@@ -249,7 +233,7 @@ impl MapReport<'_> {
             .collect()
     }
 
-    fn regions(&self) -> String {
+    fn add_regions(&self, document: &mut Document) {
         let [first, second] = plane_column_heads(&self.poses.plane);
         let (first, second) = (format!("{first}, m"), format!("{second}, m"));
         let centre = format!("centre {}, m", plane_letters(&self.poses.plane).join(", "));
@@ -265,7 +249,8 @@ impl MapReport<'_> {
             let regions = found.regions.iter();
             regions.map(move |region| (&study.map.mechanism, &found.column, region))
         });
-        let table = table_of(
+        document.paragraph("Where stiffness is low, medium and high (thirds of the range between the extremes, or of the poses where the range spans a decade or leaves a third empty)");
+        document.rows(
             rows,
             &[
                 ("region", &|(mechanism, of, one)| {
@@ -289,37 +274,26 @@ impl MapReport<'_> {
                     self.words_of(&one.holds).join(", ")
                 }),
             ],
-        )
-        .text();
-        format!(
-            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes, or of the poses where the range spans a decade or leaves a third empty)\n\n{table}"
-        )
+        );
     }
 
     /// What the columns of the tables mean, with the coverage that is claimed.
-    fn notes(&self) -> String {
+    fn notes(&self) -> Document {
+        let mut document = Document::new();
         let studies = || self.mechanisms.iter().map(|(_, study)| study);
-        let Some(found) = studies().flat_map(|study| &study.columns).next() else {
-            if studies().all(|study| study.map.is_empty()) {
-                return "\nNo pose can be reached: there is no result.\n".to_owned();
-            }
-            return String::new();
-        };
-        let mut text =
-            "\nU is the expanded uncertainty for 95 %, k its coverage factor (Student's t). "
-                .to_owned();
-        match found.statistics.share_beyond_95 {
-            Some(share) => {
-                let _ = writeln!(
-                    text,
-                    "The interval of the mean is its sampling uncertainty; beyond each sampled extreme lies \
-                     at most {} % of the workspace, with 95 % confidence.",
+        if let Some(found) = studies().flat_map(|study| &study.columns).next() {
+            let sampling = match found.statistics.share_beyond_95 {
+                Some(share) => format!(
+                    "The interval of the mean is its sampling uncertainty; beyond each sampled extreme lies at most {} % of the workspace, with 95 % confidence.",
                     significant(100.0 * share, 2)
-                );
-            }
-            None => text.push_str("A grid has no sampling uncertainty.\n"),
+                ),
+                None => "A grid has no sampling uncertainty.".to_owned(),
+            };
+            document.paragraph(format!("U is the expanded uncertainty for 95 %, k its coverage factor (Student's t). {sampling}"));
+        } else if studies().all(|study| study.map.is_empty()) {
+            document.paragraph("No pose can be reached: there is no result.");
         }
-        text
+        document
     }
 }
 

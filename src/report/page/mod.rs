@@ -3,7 +3,6 @@
 //! What a reader sees is a function of the embedded data and the template, of nothing else. So a page can be verified from itself:
 //! its data are rendered again and the bytes compared.
 
-mod blocks;
 mod build;
 mod conformity;
 mod details;

@@ -11,8 +11,7 @@ use crate::report::{
     significant,
 };
 
-use super::blocks::{for_a_page, with_micro_signs};
-use crate::report::diagnosis::{headline, next_plans};
+use crate::report::diagnosis::{headline_words, next_plans};
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -84,7 +83,7 @@ impl PageFit {
             } else {
                 validation_by_components(outcome)
             },
-            text: for_a_page(numbers.document(outcome)),
+            text: numbers.document(outcome),
             numbers: Box::new(numbers),
         }
     }
@@ -124,12 +123,10 @@ fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
 impl From<&DiagnosisReport> for PageDiagnosis {
     fn from(report: &DiagnosisReport) -> Self {
         let procedures = ProposedProcedures::Unwritten;
-        let next = next_plans(report, procedures).into_iter();
-        let next = next.map(|plan| with_micro_signs(&plan));
         Self {
-            headline: with_micro_signs(&headline(report)),
-            text: for_a_page(diagnosis_page(report, procedures)),
-            next: next.collect(),
+            headline: headline_words(report),
+            text: diagnosis_page(report, procedures),
+            next: next_plans(report, procedures),
             numbers: report.into(),
         }
     }
@@ -139,7 +136,7 @@ impl PageComparison {
     pub(super) fn new(numbers: ComparisonReport, [a, b]: [&str; 2]) -> Self {
         Self {
             verdict: numbers.sentence().to_owned(),
-            text: for_a_page(numbers.document(a, b)),
+            text: numbers.document(a, b),
             numbers,
         }
     }

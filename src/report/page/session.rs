@@ -17,7 +17,6 @@ use crate::report::{VectorStiffnessReport, significant};
 use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
 
-use super::blocks::for_a_page;
 use super::first_page::about;
 use super::procedure::as_done;
 use super::results::{PageBudget, PageCell};
@@ -136,7 +135,7 @@ impl PageSession {
             let stiffness = session.compliances(Branches::LoadingOnly);
             let report = VectorStiffnessReport::new(&stiffness, session.procedure());
             page.results = report.cells.iter().map(PageCell::from).collect();
-            page.further = for_a_page(report.document());
+            page.further = report.document();
             page.vectors = Some(report);
             return Ok(page);
         }

@@ -1,13 +1,11 @@
 //! Reports verified: from the page alone, and against the sessions it was made of.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use stiffbench_document::Document;
 
 use crate::analysis::sha256;
-use crate::report::Table;
 
 use super::build::SCHEMA;
 use super::error::ReportError;
@@ -235,45 +233,50 @@ impl ReadPage {
 impl PageCheck {
     /// For people.
     #[must_use]
-    pub fn text(&self) -> String {
-        let Self {
-            page,
-            number,
-            rendered_by,
-            ..
-        } = self;
-        let mut text = format!("{page}: report {number}, rendered by version {rendered_by}\n");
-        text.push_str(match (self.differing, self.good) {
+    pub fn document(&self) -> Document {
+        let mut document = Document::new();
+        document.lines(format!(
+            "{}: report {}, rendered by version {}",
+            self.page, self.number, self.rendered_by
+        ));
+        let verdict = match (self.differing, self.good) {
             (0, true) if self.from_session => {
-                "Verified: the report computed again from its readings is byte-identical.\n"
+                "Verified: the report computed again from its readings is byte-identical."
             }
             (0, true) => {
-                "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256.\n"
+                "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256."
             }
             (0, false) => {
-                "NOT VERIFIED as a page: every value computed again from the readings agrees, but another program or template rendered the page.\n"
+                "NOT VERIFIED as a page: every value computed again from the readings agrees, but another program or template rendered the page."
             }
             _ => "",
-        });
+        };
+        if !verdict.is_empty() {
+            document.paragraph(verdict);
+        }
         if !self.printed_compared {
-            text.push_str("Its printed text and figures were not compared with its data: name its template with --template FILE.\n");
+            document.paragraph("Its printed text and figures were not compared with its data: name its template with --template FILE.");
         }
         if self.differing > 0 {
-            let mut rows = Table::new(&["place", "on the page", "expected"]);
-            for one in &self.differences {
-                rows.row([&one.place, &one.printed, &one.expected].map(String::clone));
-            }
-            let (count, rows) = (counted(self.differing, "difference"), rows.text());
-            let _ = write!(text, "NOT VERIFIED: {count}.\n\n{rows}");
+            let count = counted(self.differing, "difference");
+            document.paragraph(format!("NOT VERIFIED: {count}."));
+            document.rows(
+                &self.differences,
+                &[
+                    ("place", &|one| one.place.clone()),
+                    ("on the page", &|one| one.printed.clone()),
+                    ("expected", &|one| one.expected.clone()),
+                ],
+            );
             let more = self.differing - self.differences.len();
             if more > 0 {
-                let _ = writeln!(text, "and {more} more");
+                document.paragraph(format!("and {more} more"));
             }
         }
         if !self.not_verified.is_empty() {
-            let _ = writeln!(text, "Not verified: {}", self.not_verified.join(", "));
+            document.paragraph(format!("Not verified: {}", self.not_verified.join(", ")));
         }
-        text
+        document
     }
 }
 

@@ -22,5 +22,5 @@ pub(crate) struct PaperArgs {
 pub(crate) fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
     let robot = Robot::parse(&robot_source(&args.robot, None)?)?;
     let report = paper_report(&robot)?;
-    Ok(Outcome::new("paper", report.text(), report))
+    Ok(Outcome::new("paper", report.document(), report))
 }
