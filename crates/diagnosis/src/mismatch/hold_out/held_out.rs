@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::{Observations, ObservedCell};
-use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, State, WeightedFit};
+use crate::mismatch::problem::{DiagnosisProblem, Model, State};
 use crate::search::RowVector;
 
 /// Share of an effect's squares in one pose above which the other poses do not determine it (1). By hand (cba106e).
@@ -227,39 +227,13 @@ impl<'p, 'a> HoldOut<'p, 'a> {
         Ok(left.into_iter().map(|(_, residual)| residual).collect())
     }
 
-    /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
-    fn fitted_to_kept(
-        &self,
-        model: &Model,
-        kept: &[bool],
-    ) -> Result<Option<FittedModel>, MismatchError> {
-        let (problem, noise) = (self.problem, &self.state.noise);
-        let observations = problem.observations.filtered(kept);
-        let part = DiagnosisProblem::new(problem.baseline, &observations)
-            .with_known_effects(&problem.known_effects);
-        let mut predictor = part.predictor();
-        let whitening = part.whitening(&mut predictor, model, noise)?;
-        let refit = WeightedFit {
-            scales: problem.scales(),
-            ..part.refit(&whitening)
-        };
-        Ok(refit.fit(&mut predictor, model))
-    }
-
-    /// All readings minus a model that was fitted to those that were not left out, m.
+    /// All readings minus a model that was fitted to those that were not left out, m: these weigh nothing in the fit.
     fn residuals_of_kept(&self, model: &Model, held: &[bool]) -> Result<Vec<f64>, MismatchError> {
-        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
-        let fitted = if self.problem.observations.free_zeros {
-            self.fitted_to_kept(model, &kept)?
-        } else {
-            let refit = WeightedFit {
-                kept: Some(&kept),
-                ..self.problem.refit(&self.state.whitening)
-            };
-            refit.fit(&mut self.problem.predictor(), model)
-        };
-        self.problem
-            .raw_residuals(fitted.as_ref().map_or(model, |fitted| &fitted.model))
+        let whitening = self.state.whitening.without(held);
+        let refit = self.problem.refit(&whitening);
+        let fitted = refit.fit(&mut self.problem.predictor(), model);
+        let fitted = fitted.as_ref().map_or(model, |fitted| &fitted.model);
+        self.problem.raw_residuals(fitted)
     }
 
     /// Readings that were left out about their zeros: those of the readings that were kept, their own where none was.
