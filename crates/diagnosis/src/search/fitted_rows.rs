@@ -197,13 +197,13 @@ mod tests {
             fitted.set_free(RowVector { first, values }, 1e-9);
         }
         let shift = |row: usize| fitted.shift_of_row(row);
-        // The last is 4.5 above the mean of its two repeats.
+        // The last is 4.5 above the mean of the two others.
         let last = shift(4);
         assert!((last.size() - 4.5).abs() < 1e-12);
         assert!((last.square - 2.0 / 3.0).abs() < 1e-12);
         assert!((last.ratio() - 4.5 / 1.5_f64.sqrt()).abs() < 1e-12);
         assert!((last.fall() - 4.5 * 3.0).abs() < 1e-12);
-        // Beside a free shift of one repeat it stands against the other alone; of a pair nothing is left then.
+        // Beside a free shift of one of them it stands against the other alone; of a pair nothing is left then.
         assert!((shift(4).beside(&shift(3)).size() - 5.0).abs() < 1e-12);
         assert!((shift(4).beside(&shift(0)).size() - 4.5).abs() < 1e-12);
         assert!(!shift(0).beside(&shift(1)).is_seen(1e-9) && shift(0).is_seen(0.4));
