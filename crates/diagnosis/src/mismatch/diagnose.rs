@@ -1,11 +1,13 @@
 //! From readings to a diagnosis, through all rooms.
 
 use super::baselines::Baseline;
-use super::candidates::{CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues};
+use super::candidates::{
+    CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues, changing_sizes,
+};
 use super::error::MismatchError;
 use super::observed::Observations;
 use super::problem::{DiagnosisProblem, SearchOptions};
-use super::unexplained::Located;
+use super::unexplained::{Located, located_at_start};
 use super::verdict::{Diagnosis, conclude};
 use stiffbench_beams::physics::TestObject;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
@@ -40,9 +42,8 @@ pub fn diagnose_and_locate(
     observations: &Observations,
     options: &SearchOptions,
 ) -> Result<(Diagnosis, LawCriticalValues, Located), MismatchError> {
-    diagnose_and(baseline, observations, options, None, |bench| {
-        bench.located_at_start(options)
-    })
+    let located = |problem: &DiagnosisProblem<'_>| located_at_start(problem, options);
+    diagnose_and(baseline, observations, options, None, located)
 }
 
 /// Diagnoses, and asks something else of the same bench, which keeps what it has computed.
@@ -56,9 +57,9 @@ fn diagnose_and<T>(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    let changing = DiagnosisProblem::new(baseline, observations)
-        .with_known_effects(&options.known_effects)
-        .changing_sizes(options)?;
+    let problem =
+        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
+    let changing = changing_sizes(&problem, options)?;
     let (sizes, observations) = match &changing {
         Some((sizes, scaled)) => (*sizes, scaled),
         None => (ConfigurationSizes::Common, observations),

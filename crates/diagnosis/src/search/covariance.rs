@@ -70,8 +70,8 @@ impl Covariance {
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
         let serial = SerialFilter::new(errors);
         log_determinant += serial.log_determinant;
-        let of_block = |block| {
-            let (block, of_block) = CovarianceBlock::new(block, &weights, &serial);
+        let of_block = |block: LowRankBlock| {
+            let (block, of_block) = CovarianceBlock::of_white(block.white(&weights, &serial));
             log_determinant += of_block;
             block
         };
@@ -88,6 +88,33 @@ impl Covariance {
     #[must_use]
     pub fn equal(rows: usize, standard_deviation: f64) -> Self {
         Self::new(&vec![standard_deviation.powi(2); rows], [])
+    }
+
+    /// The same for rows of which some weigh nothing: as if they had an infinite variance.
+    #[must_use]
+    pub fn without(&self, left_out: &[bool]) -> Self {
+        let drop = |rows: &Range<usize>, values: &mut [f64]| {
+            for (value, left_out) in values.iter_mut().zip(&left_out[rows.clone()]) {
+                *value = if *left_out { 0.0 } else { *value };
+            }
+        };
+        let of_block = |block: &CovarianceBlock| {
+            let (rows, mut columns) = (block.rows.clone(), block.columns.clone());
+            for column in columns.chunks_mut(rows.len()) {
+                self.serial.remembered(&rows, column);
+                drop(&rows, column);
+                self.serial.innovations(&rows, column);
+            }
+            CovarianceBlock::of_white(LowRankBlock { rows, columns }).0
+        };
+        let mut weights = self.weights.clone();
+        drop(&(0..weights.len()), &mut weights);
+        Self {
+            blocks: self.blocks.iter().map(of_block).collect(),
+            weights,
+            serial: self.serial.clone(),
+            log_determinant: f64::INFINITY,
+        }
     }
 
     /// ln det V.
@@ -256,8 +283,11 @@ impl LowRankBlock {
 
 impl CovarianceBlock {
     /// The block and its part of ln det V.
-    fn new(block: LowRankBlock, weights: &[f64], serial: &SerialFilter) -> (Self, f64) {
-        let LowRankBlock { rows, columns } = block.white(weights, serial);
+    ///
+    /// # Arguments
+    /// - `white`: F D^(-1/2) U.
+    fn of_white(white: LowRankBlock) -> (Self, f64) {
+        let LowRankBlock { rows, columns } = white;
         let n = rows.len();
         let rank = columns.len() / n;
         let (inner, log_determinant) = symmetric_root(&gram(&columns, n));

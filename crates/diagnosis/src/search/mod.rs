@@ -7,6 +7,7 @@
 //! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
 //! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
+//! - `FittedRows`: what a fit leaves of rows, and by how much single ones are off the fit to all others.
 //! - `Information`: what rows say, made or planned: expected standard errors, and which further rows are worth most.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
 
@@ -16,6 +17,7 @@ mod covariance;
 mod critical_values;
 mod engine;
 mod evidence;
+mod fitted_rows;
 mod forward;
 mod information;
 mod linear;
@@ -40,6 +42,7 @@ pub use engine::{
     without_duplicates,
 };
 pub use evidence::{chance_of_any, distinguishable, log_bayes, under_known_covariance};
+pub(crate) use fitted_rows::{DeletedRows, FittedRows, Shift};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
 pub(crate) use information::{Information, Projected};
 pub use linear::{

@@ -288,6 +288,29 @@ fn a_covariance_with_memory_is_what_it_says() {
 }
 
 #[test]
+fn rows_that_weigh_nothing_are_as_if_they_were_not_there() {
+    let (covariance, dense) = covariance(3);
+    // Some of a block, all of another, none of the third.
+    let left_out: Vec<bool> = (0..ROWS)
+        .map(|row| row % 3 == 0 && row < BLOCK || row / BLOCK == 1)
+        .collect();
+    let kept: Vec<usize> = (0..ROWS).filter(|row| !left_out[*row]).collect();
+    let before = wave(3, 44);
+    let mut inverse = before.clone();
+    let covariance = covariance.without(&left_out);
+    covariance.whiten(&mut inverse);
+    covariance.whiten_transposed(&mut inverse);
+    for &row in &kept {
+        let product: f64 = kept
+            .iter()
+            .map(|&other| dense[(row, other)] * inverse[other])
+            .sum();
+        assert!((product - before[row]).abs() < 1e-9, "{row}");
+    }
+    assert!((0..ROWS).all(|row| !left_out[row] || inverse[row] == 0.0));
+}
+
+#[test]
 fn products_under_the_inverse_of_a_covariance_are_those_of_the_dense_one() {
     // Steps whose rows come twice in a block, and further columns; the further columns alone.
     let ones: Vec<usize> = (0..ROWS).map(|row| (row * 3) % 5).collect();

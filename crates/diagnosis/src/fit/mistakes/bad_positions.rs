@@ -11,14 +11,14 @@ use stiffbench_beams::robot::{JointMotion, Pose};
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::bad_values::{LONE_VALUE_LEVEL, MOST, bad_value};
-use super::fitted_rows::{DeletedRows, FittedRows, is_inside, moved_columns};
+use super::moved_columns::fitted_rows;
 use super::tested_values::{REST_IS_NOISE, STANDS_ALONE};
 use crate::fit::load_cases::fit::fit_load_cases;
 use crate::fit::load_cases::posed::PosedLoadCases;
 use crate::fit::load_cases::problem::LoadCaseModel;
 use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{BadReading, OtherJointValue};
-use crate::search::{chance_of_any, dot};
+use crate::search::{DeletedRows, FittedRows, chance_of_any, dot};
 
 /// Rows that determine more than this share of their own prediction have no witness (1).
 const LARGEST_SHARE: f64 = 0.75;
@@ -80,10 +80,9 @@ impl Left {
         // Of a pose with one target both are the same.
         groups.sort();
         groups.dedup();
-        let (_, columns) = moved_columns(model, fit, is_inside)?;
         Ok(Self {
             places,
-            fitted: FittedRows::new(fit.residuals(), columns),
+            fitted: fitted_rows(model, fit, [1.0; 2])?,
             groups,
         })
     }

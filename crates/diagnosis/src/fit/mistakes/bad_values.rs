@@ -9,9 +9,10 @@ use stiffbench_units_and_text::test_point::Branch;
 use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{BadReading, misread_factor};
 use crate::search::constants::MOST_BAD_READINGS;
+use crate::search::{FittedRows, RowVector};
 
 use super::bad_positions::bad_positions;
-use super::fitted_rows::{FittedRows, is_inside, moved_columns, plain_sd};
+use super::moved_columns::{fitted_rows, plain_sd};
 use super::tested_values::{LEAST_SCATTER, TestedValues};
 use crate::fit::load_cases::fit::fit_load_cases;
 use crate::fit::load_cases::posed::PosedLoadCases;
@@ -140,11 +141,13 @@ fn farthest(
     let in_units = |row: usize, value: f64| value / units[kinds[row]];
     let left = |row: &usize| in_units(*row, residuals[*row]);
     let read: Vec<_> = posed.rows().collect();
-    let fitted = FittedRows::about_means(groups.iter().map(|own| own.iter().map(left).collect()));
+    let mut fitted = FittedRows::new(rows.iter().map(left).collect());
     let (mut group_of, mut sizes, mut suspects) = (Vec::new(), Vec::new(), Vec::new());
     let (mut tests, mut steps) = (0, [f64::INFINITY; 2]);
     for (number, own) in groups.iter().enumerate() {
         let first = group_of.len();
+        let values = vec![1.0; own.len()];
+        fitted.set_free(RowVector { first, values }, 0.0);
         // Two repeats have one difference: of them the one that is farther from the model may be bad.
         let is_pair = own.len() == 2;
         let far = |place: &usize| {
@@ -206,17 +209,11 @@ fn improbable(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Option<BadR
     if pairs.any(|(sd, size)| *sd <= LEAST_SCATTER * size) {
         return Ok(None);
     }
-    let in_units = |values: &[f64]| -> Vec<f64> {
-        let values = values.iter().zip(&kinds);
-        values.map(|(value, kind)| value / units[*kind]).collect()
-    };
-    let (_, columns) = moved_columns(model, fit, is_inside)?;
-    let columns = columns.iter().map(|column| in_units(column));
-    let predicted = fit.components.iter().map(|one| one.predicted);
-    let sizes = in_units(&predicted.collect::<Vec<f64>>());
+    let sizes = fit.components.iter().zip(&kinds);
+    let sizes = sizes.map(|(one, kind)| (one.predicted / units[*kind]).powi(2));
     let tested = TestedValues {
-        fitted: FittedRows::new(in_units(&fit.residuals()), columns),
-        sizes: sizes.iter().map(|size| size * size).collect(),
+        fitted: fitted_rows(model, fit, units)?,
+        sizes: sizes.collect(),
         least: [LEAST_SCATTER; 2],
         together: values_of_a_load(posed),
         kinds: kinds.clone(),
@@ -224,8 +221,8 @@ fn improbable(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Option<BadR
     let poses = posed.labels_of_rows();
     let is_suspect = |row: &usize| {
         let others_in_pose = poses.iter().filter(|pose| **pose == poses[*row]).count() > 1;
-        let leverage = tested.fitted.hat(*row)(*row);
-        others_in_pose && leverage < LARGEST_LEVERAGE && !repeated.contains(row)
+        let left = tested.fitted.shift_of_row(*row).square;
+        others_in_pose && left > 1.0 - LARGEST_LEVERAGE && !repeated.contains(row)
     };
     let suspects: Vec<usize> = (0..poses.len()).filter(is_suspect).collect();
     let farthest = tested.farthest(&suspects, suspects.len(), |_, _| true);

@@ -2,7 +2,7 @@
 
 mod bad_positions;
 mod bad_values;
-mod fitted_rows;
+mod moved_columns;
 mod table_mistake;
 mod tested_values;
 

@@ -16,7 +16,7 @@ use crate::mismatch::{
 };
 use crate::search::constants::MOST_OF_THE_MISFIT;
 
-use super::fitted_rows::{moved_columns, moves, plain_sd};
+use super::moved_columns::{moved_columns, moves, plain_sd};
 use crate::fit::load_cases::fit::fit_load_cases;
 use crate::fit::load_cases::posed::{COMPONENTS, PosedLoadCases};
 use crate::fit::load_cases::problem::LoadCaseModel;

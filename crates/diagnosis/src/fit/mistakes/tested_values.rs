@@ -2,9 +2,7 @@
 
 use stiffbench_numeric::statistics::f_upper_tail;
 
-use crate::search::chance_of_any;
-
-use super::fitted_rows::FittedRows;
+use crate::search::{FittedRows, chance_of_any};
 
 /// Degrees of freedom below which a scatter is no measure of anything.
 const FEWEST_DOF: f64 = 2.0;
@@ -86,7 +84,7 @@ impl LoadScatter {
     /// The same; `None` where values do not scatter, or hardly any does.
     fn if_any(values: &[FarValue], least: [f64; 2]) -> Option<Self> {
         let scatter = Self::of(values, least);
-        let scatters = values.iter().any(|one| one.off != 0.0);
+        let scatters = values.iter().any(|one| one.off.abs() > LEAST_SCATTER);
         (scatters && scatter.dof >= FEWEST_DOF).then_some(scatter)
     }
 
@@ -160,14 +158,14 @@ impl TestedValues {
         tests: usize,
         shows: impl Fn(usize, usize) -> bool,
     ) -> Option<FarthestValue> {
-        let value = |(row, off): (usize, &f64)| FarValue {
+        let residuals = self.fitted.residuals.iter().enumerate();
+        let values = residuals.map(|(row, off)| FarValue {
             kind: self.kinds[row],
             size: self.sizes[row],
             off: *off,
-            of_itself: 1.0 - self.fitted.hat(row)(row),
-        };
-        let residuals = self.fitted.residuals.iter().enumerate();
-        let values: Vec<FarValue> = residuals.map(value).collect();
+            of_itself: self.fitted.shift_of_row(row).square,
+        });
+        let values: Vec<FarValue> = values.collect();
         let of_all = LoadScatter::if_any(&values, self.least)?;
         let in_units = LoadScatter {
             sd: [1.0; 2],
@@ -191,16 +189,15 @@ impl TestedValues {
         tests: usize,
         shows: &impl Fn(usize, usize) -> bool,
     ) -> Option<FarthestValue> {
-        let (own, hat) = (values[row], self.fitted.hat(row));
+        let (own, shift) = (values[row], self.fitted.shift_of_row(row));
         let free = own.of_itself;
-        // Residuals and leverages of the others in that fit (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
         let others = values.iter().enumerate();
         let others = others.filter(|(other, _)| *other != row && shows(row, *other));
         let others = others.map(|(other, value)| {
-            let common = hat(other);
+            let beside = self.fitted.shift_of_row(other).beside(&shift);
             FarValue {
-                off: value.off + common * own.off / free,
-                of_itself: value.of_itself - common * common / free,
+                off: beside.product,
+                of_itself: beside.square,
                 ..*value
             }
         });
@@ -215,7 +212,7 @@ impl TestedValues {
         let (ratio, next) = (scatter.ratio(&own), next.fold(0.0, f64::max));
         Some(FarthestValue {
             row,
-            off: own.off / free,
+            off: shift.size(),
             standard_error: (scatter.variance(&own) / free).sqrt(),
             p: p(ratio, tests),
             stands_out: p(next, others.len()) > REST_IS_NOISE || ratio >= STANDS_ALONE * next,

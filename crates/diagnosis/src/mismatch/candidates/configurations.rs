@@ -100,51 +100,49 @@ impl ConfigurationSizes {
 /// Factors nearer to one than this make no difference (1).
 const SAME_FACTOR: f64 = 0.02;
 
-impl DiagnosisProblem<'_> {
-    /// The readings with effects whose sizes follow what the readings speak for clearly, and what that is; `None` where one size is enough.
-    pub(crate) fn changing_sizes(
-        &self,
-        options: &SearchOptions,
-    ) -> Result<Option<(ConfigurationSizes, Observations)>, MismatchError> {
-        let observations = self.observations;
-        if observations.object == TestObject::Robot || observations.cells.len() < 2 {
-            return Ok(None);
-        }
-        let memo = CandidateMemo::default();
-        let candidates = Candidates::new(self, &memo);
-        let state = candidates.first_state(options)?;
-        let slopes = &state.fitted.model.parameters;
-        let largest = |observations: &Observations| -> Result<f64, MismatchError> {
-            let problem = DiagnosisProblem::new(self.baseline, observations);
-            let memo = CandidateMemo::default();
-            let candidates = Candidates::new(&problem, &memo);
-            let scores = candidates.score_laws(&state, &options.without)?;
-            let best = best_shapes(&scores.seen);
-            let falls = best
-                .into_iter()
-                .flatten()
-                .map(|shape| shape.best.delta_chi2);
-            Ok(falls.fold(0.0, f64::max))
-        };
-        let independent =
-            self.independent_values(&state, &mut self.predictor(), &state.fitted.model)?;
-        let Some(independent) = independent else {
-            return Ok(None);
-        };
-        let squares = state.fitted.squares;
-        let common = largest(observations)?;
-        let mut best = (common, None);
-        for sizes in ConfigurationSizes::CHANGING {
-            let Some(factors) = sizes.size_factors(observations, slopes) else {
-                continue;
-            };
-            let scaled = observations.with_size_factors(&factors);
-            let delta_chi2 = largest(&scaled)?;
-            if delta_chi2 > best.0 {
-                best = (delta_chi2, Some((sizes, scaled)));
-            }
-        }
-        let better = 0.5 * independent * ((squares - common) / (squares - best.0)).ln();
-        Ok(best.1.filter(|_| better > STRONG_EVIDENCE))
+/// The readings with effects whose sizes follow what the readings speak for clearly, and what that is; `None` where one size is enough.
+pub(crate) fn changing_sizes(
+    problem: &DiagnosisProblem<'_>,
+    options: &SearchOptions,
+) -> Result<Option<(ConfigurationSizes, Observations)>, MismatchError> {
+    let observations = problem.observations;
+    if observations.object == TestObject::Robot || observations.cells.len() < 2 {
+        return Ok(None);
     }
+    let memo = CandidateMemo::default();
+    let candidates = Candidates::new(problem, &memo);
+    let state = candidates.first_state(options)?;
+    let slopes = &state.fitted.model.parameters;
+    let largest = |observations: &Observations| -> Result<f64, MismatchError> {
+        let problem = DiagnosisProblem::new(problem.baseline, observations);
+        let memo = CandidateMemo::default();
+        let candidates = Candidates::new(&problem, &memo);
+        let scores = candidates.score_laws(&state, &options.without)?;
+        let best = best_shapes(&scores.seen);
+        let falls = best
+            .into_iter()
+            .flatten()
+            .map(|shape| shape.best.delta_chi2);
+        Ok(falls.fold(0.0, f64::max))
+    };
+    let independent =
+        problem.independent_values(&state, &mut problem.predictor(), &state.fitted.model)?;
+    let Some(independent) = independent else {
+        return Ok(None);
+    };
+    let squares = state.fitted.squares;
+    let common = largest(observations)?;
+    let mut best = (common, None);
+    for sizes in ConfigurationSizes::CHANGING {
+        let Some(factors) = sizes.size_factors(observations, slopes) else {
+            continue;
+        };
+        let scaled = observations.with_size_factors(&factors);
+        let delta_chi2 = largest(&scaled)?;
+        if delta_chi2 > best.0 {
+            best = (delta_chi2, Some((sizes, scaled)));
+        }
+    }
+    let better = 0.5 * independent * ((squares - common) / (squares - best.0)).ln();
+    Ok(best.1.filter(|_| better > STRONG_EVIDENCE))
 }

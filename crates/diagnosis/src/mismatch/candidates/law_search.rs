@@ -8,11 +8,14 @@ use super::problem_candidates::Candidates;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::AllShares;
+use crate::mismatch::hold_out::{AllShares, HoldOut, folds_that_ask, misfit_shares};
 use crate::mismatch::noise::{KnownNoise, NoiseBasis};
 use crate::mismatch::problem::{DiagnosisProblem, SearchOptions, State, key_of};
 use crate::mismatch::screen::lacking;
-use crate::mismatch::unexplained::{Omnibus, Patterns, ResidualPattern, UnexplainedStructure};
+use crate::mismatch::unexplained::{
+    Omnibus, Patterns, ResidualPattern, UnexplainedStructure, largest_left, largest_patterns,
+    omnibus, unexplained,
+};
 use crate::search::constants::{
     MOST_EFFECTS, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE, WORTH_A_FIT,
 };
@@ -82,7 +85,7 @@ impl SearchResult {
     fn shares_of(&self, problem: &DiagnosisProblem<'_>) -> Result<AllShares, MismatchError> {
         let found = self.resolved.iter();
         let found: Vec<&[f64]> = found.map(|one| &one.ranked[0].white[..]).collect();
-        problem.shares([&self.before, &self.after], &found)
+        misfit_shares(problem, [&self.before, &self.after], &found)
     }
 }
 
@@ -161,17 +164,21 @@ impl Candidates<'_, '_> {
                     .unwrap_or(state);
             }
         }
-        let first_patterns =
-            self.problem
-                .largest_patterns(&before, &first.space, &first.residuals)?;
+        let problem = self.problem;
+        let first_patterns = largest_patterns(problem, &before, &first.space, &first.residuals)?;
+        let of_noise = &critical.unexplained;
         let left = if resolved.is_empty() {
-            self.problem
-                .largest_left(&first_patterns, &first.residuals, &critical.unexplained)
+            largest_left(
+                problem.observations,
+                &first_patterns,
+                &first.residuals,
+                of_noise,
+            )
         } else {
-            self.problem.unexplained(&state, &critical.unexplained)?
+            unexplained(problem, &state, of_noise)?
         };
         let mut found = SearchResult {
-            omnibus: self.problem.omnibus(&state, &left)?,
+            omnibus: omnibus(problem, &state, &left)?,
             before,
             after: state,
             resolved,
@@ -180,10 +187,10 @@ impl Candidates<'_, '_> {
             left,
             shares: AllShares::default(),
         };
-        found.shares = found.shares_of(self.problem)?;
+        found.shares = found.shares_of(problem)?;
         if found.is_left() && search.take_back_stand_ins(&mut found)? {
-            found.omnibus = self.problem.omnibus(&found.after, &found.left)?;
-            found.shares = found.shares_of(self.problem)?;
+            found.omnibus = omnibus(problem, &found.after, &found.left)?;
+            found.shares = found.shares_of(problem)?;
         }
         Ok((found, critical))
     }
@@ -330,23 +337,18 @@ impl ForwardProblem for LawSearch<'_, '_> {
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
-        if self.candidates.problem.observations.is_recording() {
+        let problem = self.candidates.problem;
+        let observations = problem.observations;
+        if observations.is_recording() {
             // What speaks for it is counted in parts that were left out.
             return Ok(true);
         }
-        let Some(folds) = self
-            .candidates
-            .problem
-            .folds_that_ask(&ranked.effect.place, &ranked.white)
-        else {
+        let place = &ranked.effect.place;
+        let Some(folds) = folds_that_ask(observations, place, &ranked.white) else {
             return Ok(true);
         };
-        let simple = &state.fitted.model;
-        let fall = self
-            .candidates
-            .problem
-            .held_out_fall(next, simple, &folds)?;
-        Ok(fall > HELD_OUT_FALL)
+        let hold_out = HoldOut::new(problem, next);
+        Ok(hold_out.fall(&state.fitted.model, &folds)? > HELD_OUT_FALL)
     }
 }
 

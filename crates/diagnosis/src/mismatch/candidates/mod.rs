@@ -28,6 +28,7 @@ pub(crate) use candidate_scores::{
     WhiteShape, best_shapes,
 };
 pub use configurations::ConfigurationSizes;
+pub(crate) use configurations::changing_sizes;
 pub(crate) use critical_values::critical_values;
 pub use critical_values::{Family, LawCriticalValues};
 pub(crate) use law_search::{ResolvedEffect, SearchResult};

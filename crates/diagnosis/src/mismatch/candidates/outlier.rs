@@ -6,7 +6,7 @@
 use super::sharpness::delta_chi2;
 use crate::mismatch::observed::Observations;
 use crate::search::constants::CANCELLED;
-use crate::search::{WhiteSpace, dot, subtract};
+use crate::search::{FittedRows, WhiteSpace};
 
 /// Share of a slip's Δχ² that goes where one reading may be anything, if that reading decides about it (1). By hand (fc4705d): alarms on benches with skewed
 /// errors 12 of 182 with the rule, 18 without (seed 708).
@@ -39,24 +39,14 @@ pub(crate) fn is_outlier(
         return false;
     };
     let needed = (1.0 - ONE_READING) * delta_chi2(jump, residuals);
-    let mut one = vec![0.0; observations.len()];
     let decides = [widest, loudest].into_iter().any(|reading| {
+        let mut one = vec![0.0; observations.len()];
         one[reading] = 1.0;
-        let mut own = space.projected(&one);
-        one[reading] = 0.0;
-        let length = dot(&own, &own).sqrt();
-        if length > 0.0 {
-            for value in &mut own {
-                *value /= length;
-            }
-        }
-        let [jump, residuals] = [jump, residuals].map(|whole| {
-            let mut rest = whole.to_vec();
-            subtract(&mut rest, dot(whole, &own), &own);
-            rest
-        });
-        // Nothing of it is left.
-        dot(&jump, &jump) <= CANCELLED * length || delta_chi2(&jump, &residuals) < needed
+        let mut rest = FittedRows::new(residuals.to_vec());
+        rest.set_free(space.projected(&one).into(), 0.0);
+        let jump = rest.shift(jump.to_vec().into());
+        // Or nothing of it is left.
+        !jump.is_seen(CANCELLED) || jump.fall() < needed
     });
     let run = observations.readings[widest].run;
     let others = all.filter(|&reading| observations.readings[reading].run != run);

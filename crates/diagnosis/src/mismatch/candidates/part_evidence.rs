@@ -7,10 +7,10 @@ use stiffbench_beams::physics::{LoadPoint, TestObject};
 
 use super::sharpness::against_gradual_change;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::unseen_parts;
+use crate::mismatch::hold_out::{HoldOut, unseen_parts};
 use crate::mismatch::noise::NoiseBasis;
 use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, ReadingPredictor, State};
-use crate::search::{WhiteSpace, dot, largest, subtract, take_out};
+use crate::search::{FittedRows, WhiteSpace, dot, largest};
 
 /// Evidence for a law by how much less it leaves.
 #[derive(Debug, Clone, Copy)]
@@ -65,14 +65,7 @@ pub(crate) struct ScoredFit<'c> {
     pub(crate) dof: f64,
 }
 
-impl DiagnosisProblem<'_> {
-    /// Degrees of freedom that a model leaves.
-    fn left_by(&self, model: &Model) -> f64 {
-        let values = model.effects.iter().map(|effect| effect.values.len());
-        let free = model.parameters.len() + values.sum::<usize>();
-        self.observations.len().saturating_sub(free).max(1) as f64
-    }
-
+impl ScoredFit<'_> {
     /// What speaks for a candidate by what it leaves, `None` where the noise is known from elsewhere, and its log-likelihood relative to a change
     /// without physics in it as far as that is known by itself.
     ///
@@ -81,40 +74,41 @@ impl DiagnosisProblem<'_> {
     /// - `unseen`: weighted squares that the state leaves in parts that it was not fitted to, once they are known.
     pub(crate) fn part_evidence(
         &self,
+        problem: &DiagnosisProblem<'_>,
         state: &State,
         predictor: &mut ReadingPredictor<'_>,
-        candidate: &ScoredFit<'_>,
         (space, residuals): (&WhiteSpace, &[f64]),
         unseen: &OnceLock<f64>,
     ) -> Result<(Option<PartEvidence>, f64), MismatchError> {
-        let model = &candidate.fitted.model;
+        let model = &self.fitted.model;
         let Some(effect) = model.effects.last() else {
             return Ok((None, f64::INFINITY));
         };
-        let (before, after) = (state.fitted.squares, candidate.fitted.squares);
-        let independent = self.independent_values(state, predictor, model)?;
+        let (before, after) = (state.fitted.squares, self.fitted.squares);
+        let independent = problem.independent_values(state, predictor, model)?;
         let mut of_a_part = (state.noise.basis == NoiseBasis::Fit).then(|| {
-            let of_shape = candidate.linear_delta_chi2;
+            let of_shape = self.linear_delta_chi2;
             let falls = [before - after, of_shape];
             PartEvidence::in_scatter_of_the_fit(
-                self.left_by(&state.fitted.model),
-                candidate.dof,
+                left_by(problem, &state.fitted.model),
+                self.dof,
                 falls,
             )
         });
         if let Some(independent) = independent {
             let mut fall = (before / after).ln();
             if independent * fall > WORTH_LEAVING_OUT {
-                let folds = unseen_parts(self.observations);
+                let folds = unseen_parts(problem.observations);
+                let hold_out = HoldOut::new(problem, state);
                 let without = if let Some(without) = unseen.get() {
                     *without
                 } else {
-                    let squares = self.held_squares(state, &state.fitted.model, &folds)?;
+                    let squares = hold_out.squares(&state.fitted.model, &folds)?;
                     *unseen.get_or_init(|| squares)
                 };
-                fall = fall.min((without / self.held_squares(state, model, &folds)?).ln());
+                fall = fall.min((without / hold_out.squares(model, &folds)?).ln());
             }
-            let of_the_shape = (before - candidate.linear_delta_chi2).max(after);
+            let of_the_shape = (before - self.linear_delta_chi2).max(after);
             of_a_part = Some(PartEvidence {
                 independent,
                 dof: 1e6,
@@ -125,17 +119,22 @@ impl DiagnosisProblem<'_> {
         }
         if effect.law.is_of_one_run() {
             let gradual =
-                against_gradual_change(self.observations, space, residuals, candidate.white);
+                against_gradual_change(problem.observations, space, residuals, self.white);
             return Ok((of_a_part, gradual));
         }
         let is_alone = state.fitted.model.effects.is_empty();
-        let must_be_sharp = self.observations.object != TestObject::Robot
+        let must_be_sharp = problem.observations.object != TestObject::Robot
             && effect.law.search.is_sharp
             && (effect.law.is_gauge_error() || !is_alone);
         if !must_be_sharp {
             return Ok((of_a_part, f64::INFINITY));
         }
-        let fall = self.fall_of_a_curve((space, residuals), before, effect.values.len());
+        let fall = fall_of_a_curve(
+            &problem.observations.loads,
+            (space, residuals),
+            before,
+            effect.values.len(),
+        );
         Ok(match of_a_part {
             Some(part) => {
                 let part = PartEvidence {
@@ -147,45 +146,40 @@ impl DiagnosisProblem<'_> {
             None => (None, 0.5 * (before * (-fall).exp() - after)),
         })
     }
+}
 
-    /// Logarithm of the weighted squares without and with a smooth curve over what was set: powers, or odd powers.
-    ///
-    /// # Arguments
-    /// - `squares`: without it.
-    /// - `values`: that the curve has.
-    fn fall_of_a_curve(
-        &self,
-        (space, residuals): (&WhiteSpace, &[f64]),
-        squares: f64,
-        values: usize,
-    ) -> f64 {
-        let loads = &self.observations.loads;
-        let largest = largest(loads.iter().map(|load| &load.force_n));
-        let fall = |powers: &mut dyn Iterator<Item = i32>| {
-            let mut left = residuals.to_vec();
-            let mut basis: Vec<Vec<f64>> = Vec::new();
-            for power in powers {
-                let of_power = |load: &LoadPoint| (load.force_n / largest).powi(power);
-                let rows: Vec<f64> = loads.iter().map(of_power).collect();
-                let mut column = space.projected(&rows);
-                take_out(&basis, &mut column);
-                let length = dot(&column, &column).sqrt();
-                if length > 0.0 {
-                    for value in &mut column {
-                        *value /= length;
-                    }
-                    let along = dot(&left, &column);
-                    subtract(&mut left, along, &column);
-                    basis.push(column);
-                }
-            }
-            dot(residuals, residuals) - dot(&left, &left)
-        };
-        let count = values as i32;
-        let odd = fall(&mut (1..=count).map(|k| 2 * k + 1));
-        let fall = fall(&mut (2..2 + count)).max(odd);
-        (squares / (squares - fall).max(f64::MIN_POSITIVE)).ln()
-    }
+/// Degrees of freedom that a model leaves.
+fn left_by(problem: &DiagnosisProblem<'_>, model: &Model) -> f64 {
+    let values = model.effects.iter().map(|effect| effect.values.len());
+    let free = model.parameters.len() + values.sum::<usize>();
+    problem.observations.len().saturating_sub(free).max(1) as f64
+}
+
+/// Logarithm of the weighted squares without and with a smooth curve over what was set: powers, or odd powers.
+///
+/// # Arguments
+/// - `squares`: without it.
+/// - `values`: that the curve has.
+fn fall_of_a_curve(
+    loads: &[LoadPoint],
+    (space, residuals): (&WhiteSpace, &[f64]),
+    squares: f64,
+    values: usize,
+) -> f64 {
+    let largest = largest(loads.iter().map(|load| &load.force_n));
+    let fall = |powers: &mut dyn Iterator<Item = i32>| {
+        let mut left = FittedRows::new(residuals.to_vec());
+        for power in powers {
+            let of_power = |load: &LoadPoint| (load.force_n / largest).powi(power);
+            let rows: Vec<f64> = loads.iter().map(of_power).collect();
+            left.set_free(space.projected(&rows).into(), 0.0);
+        }
+        dot(residuals, residuals) - left.squares()
+    };
+    let count = values as i32;
+    let odd = fall(&mut (1..=count).map(|k| 2 * k + 1));
+    let fall = fall(&mut (2..2 + count)).max(odd);
+    (squares / (squares - fall).max(f64::MIN_POSITIVE)).ln()
 }
 
 /// Twice the logarithm of a likelihood ratio from which on parts are left out to see whether a law predicts them: below, nothing is believed.

@@ -294,8 +294,7 @@ impl Candidates<'_, '_> {
         };
         let seen = (&context.scores.space, &context.scores.residuals[..]);
         let (of_a_part, against_gradual) =
-            self.problem
-                .part_evidence(state, predictor, &scored, seen, &context.unseen)?;
+            scored.part_evidence(self.problem, state, predictor, seen, &context.unseen)?;
         Ok(Some(Ranked {
             wide: candidate.wide,
             evidence: Evidence {

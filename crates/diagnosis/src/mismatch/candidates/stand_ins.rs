@@ -2,6 +2,7 @@
 
 use super::law_search::{LawSearch, SearchResult};
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::unexplained::unexplained;
 use crate::search::ForwardProblem;
 
 /// Δχ² by which an effect must exceed the best pattern without a law in its stead to keep its name: three standard errors. By hand (516ef64).
@@ -32,10 +33,7 @@ impl LawSearch<'_, '_> {
         let mut kept: Vec<bool> = Vec::new();
         for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead = self
-                .candidates
-                .problem
-                .unexplained(&rest, &self.critical.unexplained)?
+            let instead = unexplained(self.candidates.problem, &rest, &self.critical.unexplained)?
                 .delta_chi2
                 + BEYOND_PATTERNS;
             let needed = found.left.delta_chi2.max(instead);
@@ -97,10 +95,7 @@ impl LawSearch<'_, '_> {
             .map(|(resolved, _)| resolved.family_p)
             .collect();
         found.resolved = self.rivals_of_each(&state, &families)?;
-        found.left = self
-            .candidates
-            .problem
-            .unexplained(&state, &self.critical.unexplained)?;
+        found.left = unexplained(self.candidates.problem, &state, &self.critical.unexplained)?;
         found.after = state;
         Ok(true)
     }

@@ -11,8 +11,8 @@ use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::observed::ObservedCell;
-use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, State, WeightedFit};
+use crate::mismatch::observed::{Observations, ObservedCell};
+use crate::mismatch::problem::{DiagnosisProblem, Model, State};
 use crate::search::RowVector;
 
 /// Share of an effect's squares in one pose above which the other poses do not determine it (1). By hand (cba106e).
@@ -56,34 +56,92 @@ pub(crate) fn folds_of(poses: usize) -> usize {
     if poses > LEFT_OUT_ALONE { FOLDS } else { poses }
 }
 
-impl DiagnosisProblem<'_> {
+/// Readings to be left out together to ask whether an effect helps where it was not fitted: poses, or, of what is in one pose by its name,
+/// the cells of that pose. `None` where one of them carries most: leaving it out asks nothing.
+pub(crate) fn folds_that_ask(
+    observations: &Observations,
+    place: &Place,
+    white: &[f64],
+) -> Option<Vec<Vec<bool>>> {
+    let squares =
+        |cell: &ObservedCell| -> f64 { white[cell.readings.clone()].iter().map(|x| x * x).sum() };
+    let cells = &observations.cells;
+    let whole: f64 = cells.iter().map(squares).sum();
+    let carries_most = |part: f64| part > ONE_POSE * whole || whole == 0.0;
+    if cells.iter().any(|cell| carries_most(squares(cell))) {
+        return None;
+    }
+    let of_pose = |pose: usize| cells.iter().filter(move |cell| cell.pose == pose);
+    let mut poses = 0..observations.poses.len();
+    let most = poses.find(|&pose| carries_most(of_pose(pose).map(squares).sum()));
+    let is_of_a_pose = matches!(place, Place::JointAngle { pose: Some(_), .. });
+    match most {
+        Some(pose) if is_of_a_pose => Some(
+            of_pose(pose)
+                .map(|own| fold(observations, |cell| cell.readings == own.readings))
+                .collect(),
+        ),
+        Some(_) => None,
+        None => Some(folds_of_poses(observations)),
+    }
+}
+
+/// Readings of each pose; of many poses of some together, each pose in the fold of its number.
+fn folds_of_poses(observations: &Observations) -> Vec<Vec<bool>> {
+    let count = folds_of(observations.poses.len());
+    let of_number = |number| fold(observations, |cell| cell.pose % count == number);
+    (0..count).map(of_number).collect()
+}
+
+/// Readings of the cells that pass.
+fn fold(observations: &Observations, passes: impl Fn(&ObservedCell) -> bool) -> Vec<bool> {
+    let mut fold = vec![false; observations.len()];
+    for cell in observations.cells.iter().filter(|cell| passes(cell)) {
+        fold[cell.readings.clone()].fill(true);
+    }
+    fold
+}
+
+/// Models fitted to some readings beside the others, all under the noise of one state.
+#[derive(Clone, Copy)]
+pub(crate) struct HoldOut<'p, 'a> {
+    problem: &'p DiagnosisProblem<'a>,
+    state: &'p State,
+}
+
+impl<'p, 'a> HoldOut<'p, 'a> {
+    pub(crate) fn new(problem: &'p DiagnosisProblem<'a>, state: &'p State) -> Self {
+        Self { problem, state }
+    }
+
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
-    pub(crate) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
-        let model = &state.fitted.model;
-        let residuals = self.raw_residuals(model)?;
+    pub(crate) fn quality(&self) -> Result<Quality, MismatchError> {
+        let (observations, fitted) = (self.problem.observations, &self.state.fitted);
+        let model = &fitted.model;
+        let residuals = self.problem.raw_residuals(model)?;
         let free: usize =
             model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
-        let poses = self.observations.poses.len();
+        let poses = observations.poses.len();
         let folds = if poses > 1 {
-            self.folds_of_poses()
+            folds_of_poses(observations)
         } else {
             Vec::new()
         };
         let residuals_without: Vec<Vec<f64>> = folds
             .par_iter()
-            .map(|held| self.residuals_of_kept(state, model, held))
+            .map(|held| self.residuals_of_kept(model, held))
             .collect::<Result<_, MismatchError>>()?;
         let of_pose = |pose: usize| {
-            let own = self.fold(|cell| cell.pose == pose);
+            let own = fold(observations, |cell| cell.pose == pose);
             let residuals = &residuals_without[pose % folds.len()];
-            let (rms_m, white) = self.shown(state, residuals, &own);
+            let (rms_m, white) = self.shown(residuals, &own);
             let count = own.iter().filter(|held| **held).count() as f64;
             (rms_m, white, (white / count).sqrt())
         };
         let predicted = (0..poses).filter(|_| !folds.is_empty()).map(of_pose);
         let predicted: Vec<(f64, f64, f64)> = predicted.collect();
         let squares: f64 = predicted.iter().map(|(_, white, _)| white).sum();
-        let names = self.observations.poses.iter();
+        let names = observations.poses.iter();
         let held_out = names
             .zip(&predicted)
             .map(|(name, &(rms_m, _, noise_units))| HeldOut {
@@ -103,8 +161,7 @@ impl DiagnosisProblem<'_> {
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
             held_out_noise_units: (poses > 1).then(|| (squares / residuals.len() as f64).sqrt()),
             held_out,
-            reduced_chi2: state.fitted.squares
-                / (residuals.len().saturating_sub(free)).max(1) as f64,
+            reduced_chi2: fitted.squares / (residuals.len().saturating_sub(free)).max(1) as f64,
         })
     }
 
@@ -112,91 +169,29 @@ impl DiagnosisProblem<'_> {
     ///
     /// # Arguments
     /// - `folds`: for each part whether a reading belongs to it.
-    pub(crate) fn held_out_fall(
-        &self,
-        state: &State,
-        simple: &Model,
-        folds: &[Vec<bool>],
-    ) -> Result<f64, MismatchError> {
-        let with = self.held_squares(state, &state.fitted.model, folds)?;
-        Ok(self.held_squares(state, simple, folds)? - with)
-    }
-
-    /// Readings to be left out together to ask whether an effect helps where it was not fitted: poses, or, of what is in one pose by its name,
-    /// the cells of that pose. `None` where one of them carries most: leaving it out asks nothing.
-    pub(crate) fn folds_that_ask(&self, place: &Place, white: &[f64]) -> Option<Vec<Vec<bool>>> {
-        let squares = |cell: &ObservedCell| -> f64 {
-            white[cell.readings.clone()].iter().map(|x| x * x).sum()
-        };
-        let cells = &self.observations.cells;
-        let whole: f64 = cells.iter().map(squares).sum();
-        let carries_most = |part: f64| part > ONE_POSE * whole || whole == 0.0;
-        if cells.iter().any(|cell| carries_most(squares(cell))) {
-            return None;
-        }
-        let of_pose = |pose: usize| cells.iter().filter(move |cell| cell.pose == pose);
-        let mut poses = 0..self.observations.poses.len();
-        let most = poses.find(|&pose| carries_most(of_pose(pose).map(squares).sum()));
-        let is_of_a_pose = matches!(place, Place::JointAngle { pose: Some(_), .. });
-        match most {
-            Some(pose) if is_of_a_pose => Some(
-                of_pose(pose)
-                    .map(|own| self.fold(|cell| cell.readings == own.readings))
-                    .collect(),
-            ),
-            Some(_) => None,
-            None => Some(self.folds_of_poses()),
-        }
-    }
-
-    /// Readings of each pose; of many poses of some together, each pose in the fold of its number.
-    fn folds_of_poses(&self) -> Vec<Vec<bool>> {
-        let count = folds_of(self.observations.poses.len());
-        let folds = (0..count).map(|fold| self.fold(|cell| cell.pose % count == fold));
-        folds.collect()
-    }
-
-    /// Readings of the cells that pass.
-    fn fold(&self, passes: impl Fn(&ObservedCell) -> bool) -> Vec<bool> {
-        let mut fold = vec![false; self.observations.len()];
-        for cell in self.observations.cells.iter().filter(|cell| passes(cell)) {
-            fold[cell.readings.clone()].fill(true);
-        }
-        fold
+    pub(crate) fn fall(&self, simple: &Model, folds: &[Vec<bool>]) -> Result<f64, MismatchError> {
+        let with = self.squares(&self.state.fitted.model, folds)?;
+        Ok(self.squares(simple, folds)? - with)
     }
 
     /// Weighted squares of readings in parts that a model was not fitted to.
     ///
     /// # Arguments
-    /// - `state`: its noise weighs the readings.
     /// - `folds`: for each part whether a reading belongs to it.
-    pub(crate) fn held_squares(
-        &self,
-        state: &State,
-        model: &Model,
-        folds: &[Vec<bool>],
-    ) -> Result<f64, MismatchError> {
+    pub(crate) fn squares(&self, model: &Model, folds: &[Vec<bool>]) -> Result<f64, MismatchError> {
         let squares: Vec<f64> = folds
             .par_iter()
-            .map(|held| Ok(self.without(state, model, held)?.1))
+            .map(|held| {
+                let residuals = self.residuals_of_kept(model, held)?;
+                Ok(self.shown(&residuals, held).1)
+            })
             .collect::<Result<_, MismatchError>>()?;
         // Summed in order, so that the number of threads does not show in the last digit.
         Ok(squares.iter().sum())
     }
 
-    /// Root mean square, m, and weighted squares of readings that a model was not fitted to.
-    fn without(
-        &self,
-        state: &State,
-        model: &Model,
-        held: &[bool],
-    ) -> Result<(f64, f64), MismatchError> {
-        let residuals = self.residuals_of_kept(state, model, held)?;
-        Ok(self.shown(state, &residuals, held))
-    }
-
     /// Root mean square, m, and weighted squares of some residuals.
-    fn shown(&self, state: &State, residuals: &[f64], held: &[bool]) -> (f64, f64) {
+    fn shown(&self, residuals: &[f64], held: &[bool]) -> (f64, f64) {
         let is_held = |held: &bool| *held;
         let first = held.iter().position(is_held).unwrap_or(0);
         let rows = first
@@ -205,9 +200,10 @@ impl DiagnosisProblem<'_> {
                 .rposition(is_held)
                 .map_or(first, |last| last + 1);
         let rms_m = self.rms_about_zeros(residuals, held, rows.clone());
-        if self.observations.free_zeros {
-            let weights = state.whitening.covariance.weights();
-            let left = self.about_kept_zeros(state, residuals, held).into_iter();
+        let covariance = &self.state.whitening.covariance;
+        if self.problem.observations.free_zeros {
+            let weights = covariance.weights();
+            let left = self.about_kept_zeros(residuals, held).into_iter();
             let squares = left.map(|(reading, residual)| (residual * weights[reading]).powi(2));
             return (rms_m, squares.sum());
         }
@@ -216,73 +212,38 @@ impl DiagnosisProblem<'_> {
             first,
             values: rows.map(of_held).collect(),
         };
-        let white = state.whitening.covariance.whiten_vector(&values);
+        let white = covariance.whiten_vector(&values);
         (rms_m, white.values.iter().map(|x| x * x).sum())
-    }
-
-    /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
-    fn fitted_to_kept(
-        &self,
-        state: &State,
-        model: &Model,
-        kept: &[bool],
-    ) -> Result<Option<FittedModel>, MismatchError> {
-        let observations = self.observations.filtered(kept);
-        let part = DiagnosisProblem::new(self.baseline, &observations)
-            .with_known_effects(&self.known_effects);
-        let mut predictor = part.predictor();
-        let whitening = part.whitening(&mut predictor, model, &state.noise)?;
-        let refit = WeightedFit {
-            scales: self.scales(),
-            ..part.refit(&whitening)
-        };
-        Ok(refit.fit(&mut predictor, model))
     }
 
     /// Readings that were left out minus a model that was fitted to the others, about their zeros, m.
     pub(crate) fn residuals_left_out(
         &self,
-        state: &State,
         model: &Model,
         held: &[bool],
     ) -> Result<Vec<f64>, MismatchError> {
-        let residuals = self.residuals_of_kept(state, model, held)?;
-        let left = self.about_kept_zeros(state, &residuals, held);
+        let residuals = self.residuals_of_kept(model, held)?;
+        let left = self.about_kept_zeros(&residuals, held);
         Ok(left.into_iter().map(|(_, residual)| residual).collect())
     }
 
-    /// All readings minus a model that was fitted to those that were not left out, m.
-    fn residuals_of_kept(
-        &self,
-        state: &State,
-        model: &Model,
-        held: &[bool],
-    ) -> Result<Vec<f64>, MismatchError> {
-        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
-        let fitted = if self.observations.free_zeros {
-            self.fitted_to_kept(state, model, &kept)?
-        } else {
-            let refit = WeightedFit {
-                kept: Some(&kept),
-                ..self.refit(&state.whitening)
-            };
-            refit.fit(&mut self.predictor(), model)
-        };
-        self.raw_residuals(fitted.as_ref().map_or(model, |fitted| &fitted.model))
+    /// All readings minus a model that was fitted to those that were not left out, m: these weigh nothing in the fit.
+    fn residuals_of_kept(&self, model: &Model, held: &[bool]) -> Result<Vec<f64>, MismatchError> {
+        let whitening = self.state.whitening.without(held);
+        let refit = self.problem.refit(&whitening);
+        let fitted = refit.fit(&mut self.problem.predictor(), model);
+        let fitted = fitted.as_ref().map_or(model, |fitted| &fitted.model);
+        self.problem.raw_residuals(fitted)
     }
 
     /// Readings that were left out about their zeros: those of the readings that were kept, their own where none was.
-    fn about_kept_zeros(
-        &self,
-        state: &State,
-        residuals: &[f64],
-        held: &[bool],
-    ) -> Vec<(usize, f64)> {
-        let count = self.observations.zero_count();
-        let weights = state.whitening.covariance.weights();
+    fn about_kept_zeros(&self, residuals: &[f64], held: &[bool]) -> Vec<(usize, f64)> {
+        let observations = self.problem.observations;
+        let count = observations.zero_count();
+        let weights = self.state.whitening.covariance.weights();
         let mut kept = vec![(0.0, 0.0); count];
         let mut own = vec![(0.0, 0.0); count];
-        let zero_of = |reading: usize| self.observations.readings[reading].zero as usize;
+        let zero_of = |reading: usize| observations.readings[reading].zero as usize;
         for (reading, (residual, held)) in residuals.iter().zip(held).enumerate() {
             let sums = if *held { &mut own } else { &mut kept };
             let weight = weights[reading].powi(2);
@@ -306,13 +267,14 @@ impl DiagnosisProblem<'_> {
 
     /// Root mean square of the readings in a range that count, about the mean of each gauge zero.
     fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool], rows: Range<usize>) -> f64 {
-        let mut sums = vec![(0.0, 0.0, 0.0); self.observations.zero_count()];
+        let observations = self.problem.observations;
+        let mut sums = vec![(0.0, 0.0, 0.0); observations.zero_count()];
         let is_rotation = |run: usize| {
-            let cell = self.observations.runs[run].cell;
-            self.observations.cells[cell].read.is_rotation()
+            let cell = observations.runs[run].cell;
+            observations.cells[cell].read.is_rotation()
         };
         for row in rows {
-            let (reading, residual) = (&self.observations.readings[row], residuals[row]);
+            let (reading, residual) = (&observations.readings[row], residuals[row]);
             if counted[row] && !is_rotation(reading.run) {
                 let sum = &mut sums[reading.zero as usize];
                 sum.0 += 1.0;
@@ -321,7 +283,7 @@ impl DiagnosisProblem<'_> {
             }
         }
         // Of one load in each run nobody can tell the zero.
-        let has_zeros = self.observations.has_series();
+        let has_zeros = observations.has_series();
         let (mut readings, mut squares) = (0.0, 0.0);
         for (n, sum, square) in sums {
             if n > 0.0 {

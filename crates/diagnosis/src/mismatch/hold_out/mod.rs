@@ -1,13 +1,13 @@
 //! How well a model predicts readings that were left out of its fit.
 //!
-//! Owner: [`MisfitShares`]. It imports `problem` and the rooms below it.
+//! Owner: [`HoldOut`]. It imports `problem` and the rooms below it.
 
 mod held_out;
 mod shares;
 mod unseen_parts;
 
-pub(crate) use held_out::folds_of;
 pub use held_out::{HeldOut, Quality};
-pub(crate) use shares::AllShares;
+pub(crate) use held_out::{HoldOut, folds_of, folds_that_ask};
+pub(crate) use shares::{AllShares, misfit_shares};
 pub use shares::{MisfitShares, MisfitSteps};
 pub(crate) use unseen_parts::unseen_parts;

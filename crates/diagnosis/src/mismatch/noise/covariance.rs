@@ -107,6 +107,14 @@ impl NoiseCovariance {
         }
     }
 
+    /// The same with readings that weigh nothing.
+    pub(crate) fn without(&self, left_out: &[bool]) -> Self {
+        Self {
+            covariance: self.covariance.without(left_out),
+            ..self.clone()
+        }
+    }
+
     /// The inverse of the same covariance, for likelihoods.
     pub(crate) fn precision(
         observations: &Observations,

@@ -110,7 +110,6 @@ impl<'a> DiagnosisProblem<'a> {
             baseline: self.baseline,
             observations: self.observations,
             whitening,
-            kept: None,
             scales: self.scales(),
             bounds_of_last: None,
             warm_start: None,

@@ -73,8 +73,6 @@ pub(crate) struct WeightedFit<'a> {
     pub(crate) baseline: &'a dyn Baseline,
     pub(crate) observations: &'a Observations,
     pub(crate) whitening: &'a NoiseCovariance,
-    /// Readings that count; all if `None`.
-    pub(crate) kept: Option<&'a [bool]>,
     /// What the loads make of places: it bounds the values of all effects.
     pub(crate) scales: &'a PlaceScales,
     /// Narrower bounds of the values of the last effect.
@@ -347,23 +345,7 @@ impl WeightedFit<'_> {
         for (value, displacement) in predicted.iter_mut().zip(&self.observations.displacement_m) {
             *value = displacement - *value;
         }
-        self.whiten(predicted);
-    }
-
-    /// Whitens a vector of readings in which those held out count nothing.
-    fn whiten(&self, values: &mut [f64]) {
-        self.drop_held_out(values);
-        self.whitening.covariance.whiten(values);
-    }
-
-    fn drop_held_out(&self, values: &mut [f64]) {
-        if let Some(kept) = self.kept {
-            for (value, kept) in values.iter_mut().zip(kept) {
-                if !kept {
-                    *value = 0.0;
-                }
-            }
-        }
+        self.whitening.covariance.whiten(predicted);
     }
 
     fn append_parameters(&self, parameters: &[f64], residuals: &mut Vec<f64>) {
@@ -494,7 +476,7 @@ impl FitResiduals<'_, '_, '_> {
             .map_err(EvaluationFailure::of_model)?;
         let known = self.refit.baseline.parameters();
         for (index, (column, parameter)) in self.gradient.chunks_mut(n).zip(known).enumerate() {
-            self.refit.whiten(column);
+            self.refit.whitening.covariance.whiten(column);
             if let Some(out) = jacobian.column_mut(index) {
                 for (target, value) in out.iter_mut().zip(column.iter()) {
                     *target = -value;
@@ -538,7 +520,7 @@ impl FitResiduals<'_, '_, '_> {
                     for (shifted, value) in self.shifted.iter_mut().zip(&self.scratch) {
                         *shifted = (*shifted - value) / step;
                     }
-                    self.refit.whiten(&mut self.shifted);
+                    self.refit.whitening.covariance.whiten(&mut self.shifted);
                     for (target, value) in out.iter_mut().zip(&self.shifted) {
                         *target = -value;
                     }

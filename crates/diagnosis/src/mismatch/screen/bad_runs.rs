@@ -19,7 +19,7 @@ use crate::mismatch::observed::{Observations, ReadingNoise};
 use crate::search::constants::{
     AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS, ROUNDING,
 };
-use crate::search::{chance_of_any, dot, norm, push_orthonormal, subtract, take_out};
+use crate::search::{FittedRows, RowVector, chance_of_any};
 
 /// Looks for bad runs, and lays out the others.
 ///
@@ -192,52 +192,50 @@ fn run_slope(
         rows.push(reading);
     }
     let zero_of = |place: usize| observations.readings[rows[place]].zero;
-    let weighed = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+    let column = |of: &dyn Fn(usize) -> f64| {
         let rows = rows.iter().enumerate();
-        rows.map(|(place, row)| weights[*row] * of(place)).collect()
+        let rows = rows.map(|(place, row)| weights[*row] * of(place));
+        RowVector::from(rows.collect::<Vec<f64>>())
     };
     let count = rows.len();
-    let mut zeros = Vec::new();
-    for zero in (0..count).map(zero_of).collect::<BTreeSet<u32>>() {
-        let column = weighed(&|place| f64::from(u8::from(zero_of(place) == zero)));
-        push_orthonormal(&mut zeros, column, 0.0, 0.0);
-    }
-    // A column without the zeros; `None` if they leave nothing of it.
-    let white = |of: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
-        let mut column = weighed(of);
-        let whole = norm(&column);
-        take_out(&zeros, &mut column);
-        (norm(&column) > ROUNDING * whole).then_some(column)
+    let zeros: BTreeSet<u32> = (0..count).map(zero_of).collect();
+    let about_zeros = |of: &dyn Fn(usize) -> f64| {
+        let mut fitted = FittedRows::new(column(of).values);
+        for zero in &zeros {
+            fitted.set_free(
+                column(&|place| f64::from(u8::from(zero_of(place) == *zero))),
+                0.0,
+            );
+        }
+        fitted
     };
-    let [more, by_force, slope] = columns.map(|column| white(&|place| column[place]));
-    let slope = slope?;
-    let mut more = more.unwrap_or_else(|| vec![0.0; count]);
-    let square = dot(&slope, &slope);
+    let [more_m, by_force_m, repeats_m] = columns;
+    let slope_of = |fitted: &FittedRows| fitted.shift(column(&|place| repeats_m[place]));
     // What a difference of the forces moves has the scale of the run too.
-    if let Some(by_force) = by_force {
-        let scale = 1.0 + (dot(&slope, &more) - dot(&slope, &by_force)) / square;
-        subtract(&mut more, scale, &by_force);
-    }
-    let off = dot(&slope, &more) / square;
+    let [of_more, of_force] = [&more_m, &by_force_m].map(|values| {
+        let slope = slope_of(&about_zeros(&|place| values[place]));
+        slope.is_seen(ROUNDING).then(|| slope.size())
+    });
+    let scale = 1.0 + of_more? - of_force?;
+    let fitted = about_zeros(&|place| more_m[place] - scale * by_force_m[place]);
+    let slope = slope_of(&fitted);
     // The repeats scatter as well.
     let as_many = 1.0 + 1.0 / others.len() as f64;
-    let u = (as_many * (noise.run_slope_sd.powi(2) + square.recip())).sqrt();
+    let u = (as_many * (noise.run_slope_sd.powi(2) + slope.square.recip())).sqrt();
     let fall = |is_moved: &dyn Fn(usize) -> bool| {
-        let column = white(&|place| f64::from(u8::from(is_moved(place))));
-        column.map_or(0.0, |column| {
-            dot(&column, &more).powi(2) / dot(&column, &column)
-        })
+        let shift = fitted.shift(column(&|place| f64::from(u8::from(is_moved(place)))));
+        Some(shift.fall()).filter(|_| shift.is_seen(ROUNDING))
     };
     let jumps = (1..count.saturating_sub(AFTER_A_JUMP)).map(|from| fall(&|place| place >= from));
     let singles = (0..count).map(|one| fall(&|place| place == one));
-    let most = jumps.chain(singles).fold(0.0, f64::max);
+    let most = jumps.chain(singles).flatten().fold(0.0, f64::max);
     Some(RunSlope {
         run,
         compliance: screen.compliance[observations.runs[run].readings.start],
-        off,
+        off: slope.size(),
         u,
-        ratio: off / u,
-        is_explained_otherwise: most > off * off * square,
+        ratio: slope.size() / u,
+        is_explained_otherwise: most > slope.fall(),
     })
 }
 

@@ -9,7 +9,7 @@ use stiffbench_units_and_text::test_point::Branch;
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observed::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ROUNDING, UNSEEN_READING};
-use crate::search::{dot, largest, push_orthonormal, take_out};
+use crate::search::{FittedRows, RowVector, largest};
 
 /// Readings on either side that show the curve of a run near one of them (1): a parabola, a kink and a jump need so many. By judgement.
 const NEIGHBOURS: usize = 4;
@@ -167,16 +167,16 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
     if largest_n == 0.0 {
         return None;
     }
-    let column = |of: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+    let column = |of: &dyn Fn(usize, f64) -> f64| {
         let rows = window.iter().enumerate();
-        rows.map(|(place, one)| one.weight * of(place, one.force_n / largest_n))
-            .collect()
+        let rows = rows.map(|(place, one)| one.weight * of(place, one.force_n / largest_n));
+        RowVector::from(rows.collect::<Vec<f64>>())
     };
     let parabola: [&dyn Fn(usize, f64) -> f64; 3] =
         [&|_, _| 1.0, &|_, force| force, &|_, force| force * force];
-    let mut smooth: Vec<Vec<f64>> = Vec::new();
+    let mut smooth = FittedRows::new(column(&|place, _| window[place].displacement_m).values);
     for of in parabola {
-        push_orthonormal(&mut smooth, column(of), ROUNDING, 0.0);
+        smooth.set_free(column(of), ROUNDING);
     }
     let scaled = |place: usize| window[place].force_n / largest_n;
     let kinks = (1..count.saturating_sub(1)).map(|from| {
@@ -188,25 +188,17 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
     let jumps = (1..count).map(|from| column(&|place, _| f64::from(u8::from(place >= from))));
     let shifts = std::iter::once(None).chain(kinks.chain(jumps).map(Some));
     let shifts = shifts.map(|more| {
-        let mut free = smooth.clone();
+        let mut fitted = smooth.clone();
         if let Some(column) = more {
-            push_orthonormal(&mut free, column, ROUNDING.sqrt(), 0.0);
+            fitted.set_free(column, ROUNDING.sqrt());
         }
-        let rest = count.checked_sub(free.len() + 1).filter(|rest| *rest > 0)?;
-        let mut own = column(&|place, _| f64::from(u8::from(place == at)));
-        let mut left: Vec<f64> = window
-            .iter()
-            .map(|one| one.weight * one.displacement_m)
-            .collect();
-        take_out(&free, &mut own);
-        take_out(&free, &mut left);
-        let (square, product) = (dot(&own, &own), dot(&own, &left));
-        if square < UNSEEN_READING * window[at].weight.powi(2) {
+        let rest = fitted.dof_without(1)?;
+        let own = fitted.shift(column(&|place, _| f64::from(u8::from(place == at))));
+        if !own.is_seen(UNSEEN_READING) {
             return None;
         }
-        let others = (dot(&left, &left) - product * product / square) / rest as f64;
-        let ratio = product / (square * others.max(1.0)).sqrt();
-        Some((ratio, product / square))
+        let others = (fitted.squares() - own.fall()) / rest;
+        Some((own.ratio() / others.max(1.0).sqrt(), own.size()))
     });
     let shifts: Vec<(f64, f64)> = shifts.collect::<Option<_>>()?;
     let least = |a: &&(f64, f64), b: &&(f64, f64)| a.0.abs().total_cmp(&b.0.abs());

@@ -10,7 +10,7 @@ use super::curve_residuals::{Tested, curve_residuals, has_neighbours};
 use crate::mismatch::noise::{NoiseCovariance, fixed_part};
 use crate::mismatch::observed::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_READING};
-use crate::search::{Covariance, RowVector, dot, push_orthonormal_rows, subtract};
+use crate::search::{Covariance, FittedRows, RowVector, Shift};
 
 /// The applications of each load of a cell: those of one step, and of one place within it.
 fn repeats(observations: &Observations, cell: usize) -> BTreeMap<(u32, u32), Vec<usize>> {
@@ -81,12 +81,12 @@ pub(crate) fn deleted_residuals(
                 continue;
             }
             let own = free.shift(run, reading..reading + 1);
-            let own = own.and_then(|own| own.unless_a_step_explains_more(step.as_ref()));
+            let own = own.and_then(|own| unless_a_step_explains_more(own, step.as_ref()));
             out.extend(own.map(|own| Tested {
                 reading,
-                ratio: own.product / own.square.sqrt(),
-                scatter: own.product / own.square.sqrt(),
-                shift_m: own.product / own.square,
+                ratio: own.ratio(),
+                scatter: own.ratio(),
+                shift_m: own.size(),
                 is_outermost: is_outermost(observations, repeats, reading),
                 is_by_curve: false,
                 own_share: whitening.own_share(reading),
@@ -102,10 +102,7 @@ struct FreeMeans<'a> {
     covariance: &'a Covariance,
     /// Readings of the cell.
     rows: Range<usize>,
-    /// Orthonormal columns.
-    free: Vec<RowVector>,
-    /// What all of them leave of the readings.
-    residual: Vec<f64>,
+    fitted: FittedRows,
 }
 
 impl<'a> FreeMeans<'a> {
@@ -120,9 +117,10 @@ impl<'a> FreeMeans<'a> {
             observations,
             covariance,
             rows: of_cell.readings.clone(),
-            free: Vec::new(),
-            residual: Vec::new(),
+            fitted: FittedRows::default(),
         };
+        let readings = means.white(&of_cell.readings, |one| observations.displacement_m[one]);
+        means.fitted = FittedRows::new(readings);
         // First what is free in one run alone, of which alone it takes work.
         for run in &observations.runs[of_cell.runs.clone()] {
             means.set_free(&run.readings, |reading| slope_m[reading]);
@@ -142,11 +140,6 @@ impl<'a> FreeMeans<'a> {
             means.set_free(&of_cell.readings, |reading| {
                 column[reading - of_cell.readings.start]
             });
-        }
-        means.residual = means.white(&of_cell.readings, |one| observations.displacement_m[one]);
-        for unit in &means.free {
-            let product = unit.dot(&means.residual);
-            subtract(&mut means.residual[unit.rows()], product, &unit.values);
         }
         means
     }
@@ -174,57 +167,22 @@ impl<'a> FreeMeans<'a> {
 
     fn set_free(&mut self, readings: &Range<usize>, of: impl Fn(usize) -> f64) {
         let column = self.column(readings, of);
-        push_orthonormal_rows(&mut self.free, column, ROUNDING);
+        self.fitted.set_free(column, ROUNDING);
     }
 
     /// The shift of some readings of a run; `None` if what is free leaves too little of it.
     fn shift(&self, run: usize, shifted: Range<usize>) -> Option<Shift> {
         let readings = &self.observations.runs[run].readings;
         let inside = |reading: usize| f64::from(u8::from(shifted.contains(&reading)));
-        let column = self.column(readings, inside);
-        let free: Vec<f64> = self.free.iter().map(|one| one.dot_part(&column)).collect();
-        let whole = dot(&column.values, &column.values);
-        let shift = Shift {
-            square: whole - dot(&free, &free),
-            product: column.dot(&self.residual),
-            whole,
-            column: column.values,
-            free,
-        };
-        shift.is_seen().then_some(shift)
+        let shift = self.fitted.shift(self.column(readings, inside));
+        Some(shift).filter(|shift| shift.is_seen(UNSEEN_READING))
     }
 }
 
-/// A shift of some readings of a run, white.
-struct Shift {
-    /// Its column in the readings of the run, and what that has of what is free.
-    column: Vec<f64>,
-    free: Vec<f64>,
-    /// The square of what is not free, and its product with the residuals.
-    square: f64,
-    product: f64,
-    /// The square of the whole column.
-    whole: f64,
-}
-
-impl Shift {
-    fn is_seen(&self) -> bool {
-        self.square > UNSEEN_READING * self.whole
-    }
-
-    /// Fall of the squares with it.
-    fn fall(&self) -> f64 {
-        self.product * self.product / self.square
-    }
-
-    /// The shift of one reading; beside a jump of its run that stays, where that explains more: it is not for this reading to explain.
-    fn unless_a_step_explains_more(mut self, step: Option<&Self>) -> Option<Self> {
-        let Some(step) = step.filter(|step| step.fall() > (1.0 + 1e-9) * self.fall()) else {
-            return Some(self);
-        };
-        let both = dot(&self.column, &step.column) - dot(&self.free, &step.free);
-        self.product -= both / step.square * step.product;
-        self.square -= both * both / step.square;
-        self.is_seen().then_some(self)
+/// The shift of one reading; beside a jump of its run that stays, where that explains more: it is not for this reading to explain.
+fn unless_a_step_explains_more(own: Shift, step: Option<&Shift>) -> Option<Shift> {
+    match step.filter(|step| step.fall() > (1.0 + 1e-9) * own.fall()) {
+        Some(step) => Some(own.beside(step)).filter(|own| own.is_seen(UNSEEN_READING)),
+        None => Some(own),
     }
 }

@@ -17,7 +17,7 @@ use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::usual_factor::{alike, usual_factors};
 use crate::search::constants::{BAD_READING_LEVEL, COLUMN_LEFT, STRONG_EVIDENCE};
-use crate::search::{chance_of_any, push_orthonormal, take_out};
+use crate::search::{FittedRows, chance_of_any};
 
 /// Chance that cells which are off by anything look exchanged, or as if their decimal point were wrong (1). Stated.
 const BY_COINCIDENCE: f64 = 0.01;
@@ -358,39 +358,33 @@ fn best_fit(
 ///
 /// Gives the number of those that are considered too.
 fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit) -> (Vec<Mistake>, usize) {
-    let mut basis = Vec::new();
-    for column in &as_recorded.columns {
-        push_orthonormal(&mut basis, column.clone(), COLUMN_LEFT * COLUMN_LEFT, 0.0);
-    }
     let read = table.values();
     let rows = as_recorded.columns.first().map_or(read.len(), Vec::len);
-    let mut residual = vec![0.0; rows];
-    for (place, value) in read.iter().enumerate() {
-        residual[place] = (as_recorded.predicted[place] - value.value) / value.u;
+    let of_places = |values: &mut dyn Iterator<Item = (usize, f64)>| {
+        let mut column = vec![0.0; rows];
+        for (place, value) in values {
+            column[place] = value / read[place].u;
+        }
+        column
+    };
+    let left = as_recorded.predicted.iter().zip(read);
+    let left = left.map(|(predicted, read)| predicted - read.value);
+    let mut fitted = FittedRows::new(of_places(&mut left.enumerate()));
+    for column in &as_recorded.columns {
+        fitted.set_free(column.clone().into(), COLUMN_LEFT * COLUMN_LEFT);
     }
-    take_out(&basis, &mut residual);
     // The squares of the residual less those of the residual as recorded.
     let delta_chi2 = |mistake: &Mistake| {
-        let changes = mistake.changes.iter().map(|(place, change)| {
-            let own = read[*place];
+        let mut changes = mistake.changes.iter().map(|(place, change)| {
+            let own = read[*place].value;
             let right = match change {
                 ValueChange::NameOf(other) => read[*other].value,
-                ValueChange::Times(factor) => {
-                    table.scale().times(own.value, *factor).unwrap_or(own.value)
-                }
+                ValueChange::Times(factor) => table.scale().times(own, *factor).unwrap_or(own),
             };
-            (*place, (own.value - right) / own.u)
+            (*place, own - right)
         });
-        let changes: Vec<(usize, f64)> = changes.collect();
-        let along = |vector: &[f64]| -> f64 {
-            let products = changes
-                .iter()
-                .map(|(place, change)| change * vector[*place]);
-            products.sum()
-        };
-        let squares: f64 = changes.iter().map(|(_, change)| change * change).sum();
-        let taken: f64 = basis.iter().map(|unit| along(unit).powi(2)).sum();
-        2.0 * along(&residual) + squares - taken
+        let shift = fitted.shift(of_places(&mut changes).into());
+        2.0 * shift.product + shift.square
     };
     let is_linear = table.scale() == ValueScale::Linear;
     let (mut near, mut whole, mut count) = (Vec::new(), Vec::new(), 0);

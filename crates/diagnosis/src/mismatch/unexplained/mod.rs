@@ -9,9 +9,13 @@ mod profiles;
 mod strata;
 mod stratum;
 
-pub(crate) use largest_pattern::UnexplainedStructure;
+pub(crate) use largest_pattern::{
+    UnexplainedStructure, largest_left, largest_patterns, unexplained,
+};
+pub(crate) use omnibus::omnibus;
 pub use omnibus::{Omnibus, OmnibusTest};
 pub(crate) use patterns::{PatternScratch, Patterns, ResidualPattern, places_alike};
+pub(crate) use strata::located_at_start;
 #[cfg(test)]
 pub(crate) use strata::tests as strata_tests;
 pub use strata::{

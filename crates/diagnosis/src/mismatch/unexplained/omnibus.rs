@@ -5,7 +5,7 @@ use serde::Serialize;
 use stiffbench_beams::physics::TestObject;
 
 use super::largest_pattern::UnexplainedStructure;
-use super::strata::{Contrast, holm};
+use super::strata::{Contrast, holm, stratum_tests};
 use super::stratum::Stratum;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseBasis;
@@ -47,42 +47,40 @@ pub enum OmnibusTest {
     Sum(Contrast),
 }
 
-impl DiagnosisProblem<'_> {
-    /// Tests what a state leaves. The largest pattern and the sums share the level by halves, the sums theirs by Holm's step-down.
-    pub(crate) fn omnibus(
-        &self,
-        state: &State,
-        left: &UnexplainedStructure,
-    ) -> Result<Omnibus, MismatchError> {
-        let stratum = left
-            .pattern
-            .as_ref()
-            .map_or(Stratum::Rest, |pattern| pattern.stratum);
-        let mut omnibus = Omnibus {
-            p: left.p,
-            contrast: OmnibusTest::Pattern(stratum),
+/// Tests what a state leaves. The largest pattern and the sums share the level by halves, the sums theirs by Holm's step-down.
+pub(crate) fn omnibus(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+    left: &UnexplainedStructure,
+) -> Result<Omnibus, MismatchError> {
+    let stratum = left
+        .pattern
+        .as_ref()
+        .map_or(Stratum::Rest, |pattern| pattern.stratum);
+    let mut omnibus = Omnibus {
+        p: left.p,
+        contrast: OmnibusTest::Pattern(stratum),
+    };
+    let mut tests = stratum_tests(problem, state)?;
+    tests.retain(|test| CONTRASTS.contains(&test.contrast));
+    let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
+    let both = tests.iter().zip(family);
+    if let Some((test, p)) = both.min_by(|a, b| a.1.total_cmp(&b.1))
+        && p < omnibus.p
+    {
+        omnibus = Omnibus {
+            p,
+            contrast: OmnibusTest::Sum(test.contrast),
         };
-        let mut tests = self.stratum_tests(state)?;
-        tests.retain(|test| CONTRASTS.contains(&test.contrast));
-        let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
-        let both = tests.iter().zip(family);
-        if let Some((test, p)) = both.min_by(|a, b| a.1.total_cmp(&b.1))
-            && p < omnibus.p
-        {
-            omnibus = Omnibus {
-                p,
-                contrast: OmnibusTest::Sum(test.contrast),
-            };
-        }
-        omnibus.p = (2.0 * omnibus.p).min(1.0);
-        // A structure that gives no way, or springs that stand at their bounds, may have no patterns: the size of what is left says enough. Of a part
-        // it says nothing, for there only the scatter of neighbours is noise.
-        let is_known = self.observations.object == TestObject::Robot
-            && state.noise.basis != NoiseBasis::Neighbours;
-        let readings = self.observations.len() as f64;
-        if is_known && state.fitted.squares > BEYOND_NOISE * BEYOND_NOISE * readings {
-            omnibus.p = 0.0;
-        }
-        Ok(omnibus)
     }
+    omnibus.p = (2.0 * omnibus.p).min(1.0);
+    // A structure that gives no way, or springs that stand at their bounds, may have no patterns: the size of what is left says enough. Of a part
+    // it says nothing, for there only the scatter of neighbours is noise.
+    let is_known = problem.observations.object == TestObject::Robot
+        && state.noise.basis != NoiseBasis::Neighbours;
+    let readings = problem.observations.len() as f64;
+    if is_known && state.fitted.squares > BEYOND_NOISE * BEYOND_NOISE * readings {
+        omnibus.p = 0.0;
+    }
+    Ok(omnibus)
 }

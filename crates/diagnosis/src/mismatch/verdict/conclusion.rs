@@ -5,13 +5,15 @@ use stiffbench_beams::physics::Effect;
 use super::detection::{detection_limits, impossible};
 use super::diagnosis::{Diagnosis, FactorChange, Finding, KnownEffect, Rival};
 use super::grade::{GradeBasis, Verdict, VerdictGrade};
-use super::stated_values::EstimatedValue;
+use super::stated_values::{EstimatedValue, estimated_values};
 use crate::mismatch::baselines::BaselineParameter;
 use crate::mismatch::candidates::{
     Candidates, ConfigurationSizes, LawCriticalValues, Ranked, ResolvedEffect, SearchResult, same,
 };
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::hold_out::HoldOut;
 use crate::mismatch::noise::NoiseBasis;
+use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, Stated, end_effect_m};
 use crate::mismatch::screen::{lacking, lacking_cells, lacking_scatter};
 use crate::mismatch::unexplained::{Location, Stratum, UnexplainedStructure};
@@ -51,7 +53,8 @@ pub(crate) fn conclude(
             group
         });
         for &member in &members {
-            findings.push(problem.finding(
+            findings.push(finding(
+                problem,
                 found,
                 resolved,
                 place,
@@ -103,26 +106,27 @@ pub(crate) fn conclude(
         .map(Stated::Parameter)
         .chain(of_known)
         .collect();
-    let stated = found.both(|state| problem.estimated(state, &state.fitted, &stated, None))?;
+    let stated =
+        found.both(|state| estimated_values(problem, state, &state.fitted, &stated, None))?;
     let of_factors = stated.each_ref().map(|all| &all[..factors]);
     let of_known = stated.each_ref().map(|all| &all[factors..]);
-    let [before, after] = found.both(|state| problem.quality(state))?;
+    let [before, after] = found.both(|state| HoldOut::new(problem, state).quality())?;
     Ok(Diagnosis {
         verdict,
         grade,
         lacking,
-        locations: problem.locations(found, critical),
+        locations: locations(problem, found, critical),
         findings,
         sizes: ConfigurationSizes::Common,
-        unexplained: problem.location_of(&found.left),
-        unexplained_standard_errors: problem.standard_errors_left(found)?,
+        unexplained: location_of(problem.observations, &found.left),
+        unexplained_standard_errors: standard_errors_left(problem, found)?,
         omnibus: found.omnibus,
         shares: found.shares.together,
         misfit_steps: found.shares.steps.clone(),
         before,
         after,
-        known_effects: problem.known_effects(of_known),
-        factors: problem.factor_shifts(of_factors),
+        known_effects: known_effects(problem, of_known),
+        factors: factor_shifts(problem, of_factors),
         noise: found.after.noise.noise,
         noise_basis: found.after.noise.basis,
         noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -135,142 +139,149 @@ pub(crate) fn conclude(
     })
 }
 
-impl DiagnosisProblem<'_> {
-    /// Length of the largest pattern that is left, in standard errors: those of drawn and rounded readings where the gauge is coarse.
-    fn standard_errors_left(&self, found: &SearchResult) -> Result<f64, MismatchError> {
-        let state = &found.after;
-        let length = found.left.delta_chi2.max(0.0).sqrt();
-        let (Some(rounded), Some(pattern)) = (self.rounded(state)?, &found.left.pattern) else {
-            return Ok(length);
-        };
-        let (space, _) = self.space(state)?;
-        let of_noise = rounded.standard_error(|white| {
-            let mut left = white.to_vec();
-            left.resize(space.length, 0.0);
-            space.project(&mut left);
-            pattern.delta_chi2(&left) / pattern.units.len() as f64
-        });
-        Ok(length / of_noise)
-    }
+/// Length of the largest pattern that is left, in standard errors: those of drawn and rounded readings where the gauge is coarse.
+fn standard_errors_left(
+    problem: &DiagnosisProblem<'_>,
+    found: &SearchResult,
+) -> Result<f64, MismatchError> {
+    let state = &found.after;
+    let length = found.left.delta_chi2.max(0.0).sqrt();
+    let (Some(rounded), Some(pattern)) = (problem.rounded(state)?, &found.left.pattern) else {
+        return Ok(length);
+    };
+    let (space, _) = problem.space(state)?;
+    let of_noise = rounded.standard_error(|white| {
+        let mut left = white.to_vec();
+        left.resize(space.length, 0.0);
+        space.project(&mut left);
+        pattern.delta_chi2(&left) / pattern.units.len() as f64
+    });
+    Ok(length / of_noise)
+}
 
-    fn finding(
-        &self,
-        found: &SearchResult,
-        resolved: &ResolvedEffect,
-        place: usize,
-        member: usize,
-        members: &[usize],
-        alternative_group: Option<u32>,
-    ) -> Result<Finding, MismatchError> {
-        let ranked = &self.as_it_acts(found, place, &resolved.ranked[member])?;
-        let model = &ranked.fitted.model;
+fn finding(
+    problem: &DiagnosisProblem<'_>,
+    found: &SearchResult,
+    resolved: &ResolvedEffect,
+    place: usize,
+    member: usize,
+    members: &[usize],
+    alternative_group: Option<u32>,
+) -> Result<Finding, MismatchError> {
+    let ranked = &as_it_acts(problem, found, place, &resolved.ranked[member])?;
+    let model = &ranked.fitted.model;
+    let last = model.effects.len() - 1;
+    let stated: Vec<Stated> = Stated::of_an_effect(model, last).collect();
+    let dof = Some(ranked.evidence.dof);
+    let mut values = estimated_values(problem, &found.after, &ranked.fitted, &stated, dof)?;
+    let has_combination = ranked.effect.law.combination.is_some();
+    let combination = has_combination.then(|| values.pop()).flatten();
+    let linearised = problem
+        .predictor()
+        .linearised(&model.parameters, &model.effects)?;
+    let square = dot(&ranked.white, &ranked.white);
+    let cosine = |other: &Ranked| {
+        dot(&ranked.white, &other.white)
+            / (square.sqrt() * dot(&other.white, &other.white).sqrt()).max(f64::MIN_POSITIVE)
+    };
+    let rivals = resolved
+        .ranked
+        .iter()
+        .enumerate()
+        .filter(|(other, rival)| {
+            !members.contains(other)
+                && !same(&rival.effect, &ranked.effect)
+                && rival.evidence.log_bayes() > 0.0
+        })
+        .take(RIVALS)
+        .map(|(_, rival)| Rival {
+            effect: rival.effect.clone(),
+            log_bayes_to_winner: ranked.evidence.log_bayes() - rival.evidence.log_bayes(),
+            cosine: cosine(rival),
+        })
+        .collect();
+    let end_effect = if ranked.effect.law.changes_structure() {
+        largest(&problem.effect_m(&mut problem.predictor(), model, last)?)
+    } else {
+        end_effect_m(&linearised, problem.observations, &model.effects)
+    };
+    debug_assert!(place < found.after.fitted.model.effects.len());
+    Ok(Finding {
+        effect: ranked.effect.clone(),
+        grade: VerdictGrade::Undecided,
+        shares: found.shares.each.get(place).copied().unwrap_or_default(),
+        at_bound: is_at_bound(problem, &ranked.effect),
+        spans_range: spans_range(problem, &ranked.effect, values.first()),
+        values,
+        combination,
+        alternative_group,
+        end_effect_m: end_effect,
+        absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
+        log_bayes: ranked.log_bayes(),
+        standard_errors: square.sqrt(),
+        p_family: resolved.family_p,
+        rivals,
+    })
+}
+
+/// Whether the interval of the size of an effect reaches both ends of what is plausible.
+fn spans_range(
+    problem: &DiagnosisProblem<'_>,
+    effect: &Effect,
+    size: Option<&EstimatedValue>,
+) -> bool {
+    let bounds = problem.scales().bounds(effect);
+    let interval = size.and_then(EstimatedValue::interval_95);
+    interval
+        .zip(bounds.first())
+        .is_some_and(|([low, high], [least, most])| low <= *least && high >= *most)
+}
+
+/// A candidate with its values in the final model, if it acts there beside others: in a fit of its own it may have changed places with one of
+/// them.
+fn as_it_acts(
+    problem: &DiagnosisProblem<'_>,
+    found: &SearchResult,
+    place: usize,
+    ranked: &Ranked,
+) -> Result<Ranked, MismatchError> {
+    let mut own = ranked.clone();
+    let place = problem.known_effects.len() + place;
+    let effect = &found.after.fitted.model.effects[place];
+    if found.resolved.len() > 1 && same(effect, &ranked.effect) {
+        own.effect = effect.clone();
+        own.fitted = found.after.fitted.clone();
+        let model = &mut own.fitted.model;
+        model.effects[place..].rotate_left(1);
         let last = model.effects.len() - 1;
-        let stated: Vec<Stated> = Stated::of_an_effect(model, last).collect();
-        let dof = Some(ranked.evidence.dof);
-        let mut values = self.estimated(&found.after, &ranked.fitted, &stated, dof)?;
-        let has_combination = ranked.effect.law.combination.is_some();
-        let combination = has_combination.then(|| values.pop()).flatten();
-        let linearised = self
-            .predictor()
-            .linearised(&model.parameters, &model.effects)?;
-        let square = dot(&ranked.white, &ranked.white);
-        let cosine = |other: &Ranked| {
-            dot(&ranked.white, &other.white)
-                / (square.sqrt() * dot(&other.white, &other.white).sqrt()).max(f64::MIN_POSITIVE)
-        };
-        let rivals = resolved
-            .ranked
-            .iter()
-            .enumerate()
-            .filter(|(other, rival)| {
-                !members.contains(other)
-                    && !same(&rival.effect, &ranked.effect)
-                    && rival.evidence.log_bayes() > 0.0
-            })
-            .take(RIVALS)
-            .map(|(_, rival)| Rival {
-                effect: rival.effect.clone(),
-                log_bayes_to_winner: ranked.evidence.log_bayes() - rival.evidence.log_bayes(),
-                cosine: cosine(rival),
-            })
-            .collect();
-        let end_effect = if ranked.effect.law.changes_structure() {
-            largest(&self.effect_m(&mut self.predictor(), model, last)?)
-        } else {
-            end_effect_m(&linearised, self.observations, &model.effects)
-        };
-        debug_assert!(place < found.after.fitted.model.effects.len());
-        Ok(Finding {
-            effect: ranked.effect.clone(),
-            grade: VerdictGrade::Undecided,
-            shares: found.shares.each.get(place).copied().unwrap_or_default(),
-            at_bound: self.is_at_bound(&ranked.effect),
-            spans_range: self.spans_range(&ranked.effect, values.first()),
-            values,
-            combination,
-            alternative_group,
-            end_effect_m: end_effect,
-            absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
-            log_bayes: ranked.log_bayes(),
-            standard_errors: square.sqrt(),
-            p_family: resolved.family_p,
-            rivals,
-        })
+        let mut rest = found.after.clone();
+        rest.fitted.model.effects.remove(place);
+        let (space, _) = problem.space(&rest)?;
+        (own.white, own.whole) =
+            problem.effect_vector(&mut problem.predictor(), model, last, &space)?;
     }
+    Ok(own)
+}
 
-    /// Whether the interval of the size of an effect reaches both ends of what is plausible.
-    fn spans_range(&self, effect: &Effect, size: Option<&EstimatedValue>) -> bool {
-        let bounds = self.scales().bounds(effect);
-        let interval = size.and_then(EstimatedValue::interval_95);
-        interval
-            .zip(bounds.first())
-            .is_some_and(|([low, high], [least, most])| low <= *least && high >= *most)
-    }
+/// Whether the size of an effect stands at a plausible bound that is not zero.
+fn is_at_bound(problem: &DiagnosisProblem<'_>, effect: &Effect) -> bool {
+    let bounds = problem.scales().bounds(effect);
+    let size = effect.values.first().zip(bounds.first());
+    size.is_some_and(|(size, bounds)| {
+        let near = |bound: &f64| (size - bound).abs() < AT_A_PLAUSIBLE_BOUND * bound.abs();
+        bounds.iter().any(near)
+    })
+}
 
-    /// A candidate with its values in the final model, if it acts there beside others: in a fit of its own it may have changed places with one of
-    /// them.
-    fn as_it_acts(
-        &self,
-        found: &SearchResult,
-        place: usize,
-        ranked: &Ranked,
-    ) -> Result<Ranked, MismatchError> {
-        let mut own = ranked.clone();
-        let place = self.known_effects.len() + place;
-        let effect = &found.after.fitted.model.effects[place];
-        if found.resolved.len() > 1 && same(effect, &ranked.effect) {
-            own.effect = effect.clone();
-            own.fitted = found.after.fitted.clone();
-            let model = &mut own.fitted.model;
-            model.effects[place..].rotate_left(1);
-            let last = model.effects.len() - 1;
-            let mut rest = found.after.clone();
-            rest.fitted.model.effects.remove(place);
-            let (space, _) = self.space(&rest)?;
-            (own.white, own.whole) =
-                self.effect_vector(&mut self.predictor(), model, last, &space)?;
-        }
-        Ok(own)
-    }
-
-    /// Whether the size of an effect stands at a plausible bound that is not zero.
-    fn is_at_bound(&self, effect: &Effect) -> bool {
-        let bounds = self.scales().bounds(effect);
-        let size = effect.values.first().zip(bounds.first());
-        size.is_some_and(|(size, bounds)| {
-            let near = |bound: &f64| (size - bound).abs() < AT_A_PLAUSIBLE_BOUND * bound.abs();
-            bounds.iter().any(near)
-        })
-    }
-
-    /// The parameters of the baseline without and with what was found.
-    fn factor_shifts(&self, [before, after]: [&[EstimatedValue]; 2]) -> Vec<FactorChange> {
-        let described = self.baseline.described().iter();
-        let values = before.iter().zip(after);
-        let change = |(parameter, (before, after)): (
-            &BaselineParameter,
-            (&EstimatedValue, &EstimatedValue),
-        )| {
+/// The parameters of the baseline without and with what was found.
+fn factor_shifts(
+    problem: &DiagnosisProblem<'_>,
+    [before, after]: [&[EstimatedValue]; 2],
+) -> Vec<FactorChange> {
+    let described = problem.baseline.described().iter();
+    let values = before.iter().zip(after);
+    let change =
+        |(parameter, (before, after)): (&BaselineParameter, (&EstimatedValue, &EstimatedValue))| {
             let at_bound = parameter.is_near_bound(after.value);
             let is_sharp = after.u.is_some_and(|u| u < IDENTIFIED * parameter.prior_sd);
             FactorChange {
@@ -281,65 +292,68 @@ impl DiagnosisProblem<'_> {
                 after: *after,
             }
         };
-        described.zip(values).map(change).collect()
-    }
+    described.zip(values).map(change).collect()
+}
 
-    /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
-    fn locations(&self, found: &SearchResult, critical: &LawCriticalValues) -> Vec<Location> {
-        let mut out: Vec<Location> = found
-            .first_patterns
-            .iter()
-            .map(|(delta_chi2, pattern)| UnexplainedStructure {
-                p: critical.unexplained.p(*delta_chi2),
-                delta_chi2: *delta_chi2,
-                pattern: Some(pattern.clone()),
-            })
-            .filter(|left| left.p <= UNEXPLAINED_LEVEL)
-            .map(|left| self.location_of(&left))
-            .collect();
-        out.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
-        out
-    }
+/// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
+fn locations(
+    problem: &DiagnosisProblem<'_>,
+    found: &SearchResult,
+    critical: &LawCriticalValues,
+) -> Vec<Location> {
+    let mut out: Vec<Location> = found
+        .first_patterns
+        .iter()
+        .map(|(delta_chi2, pattern)| UnexplainedStructure {
+            p: critical.unexplained.p(*delta_chi2),
+            delta_chi2: *delta_chi2,
+            pattern: Some(pattern.clone()),
+        })
+        .filter(|left| left.p <= UNEXPLAINED_LEVEL)
+        .map(|left| location_of(problem.observations, &left))
+        .collect();
+    out.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
+    out
+}
 
-    fn location_of(&self, left: &UnexplainedStructure) -> Location {
-        let pattern = left.pattern.as_ref();
-        Location {
-            stratum: pattern.map_or(Stratum::Rest, |p| p.stratum),
-            pose: pattern
-                .and_then(|p| p.group.pose)
-                .map(|pose| self.observations.poses[pose].clone()),
-            direction: pattern.and_then(|p| p.group.direction),
-            period_s: pattern.and_then(|p| p.period_s),
-            p_family: left.p,
-            p_at_floor: false,
-            size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
-        }
+fn location_of(observations: &Observations, left: &UnexplainedStructure) -> Location {
+    let pattern = left.pattern.as_ref();
+    Location {
+        stratum: pattern.map_or(Stratum::Rest, |p| p.stratum),
+        pose: pattern
+            .and_then(|p| p.group.pose)
+            .map(|pose| observations.poses[pose].clone()),
+        direction: pattern.and_then(|p| p.group.direction),
+        period_s: pattern.and_then(|p| p.period_s),
+        p_family: left.p,
+        p_at_floor: false,
+        size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
     }
+}
 
-    /// What became of the physics that was known beforehand.
-    ///
-    /// # Arguments
-    /// - What is stated of it without and with what was found, one effect after the other.
-    pub(crate) fn known_effects(
-        &self,
-        [mut before, mut after]: [&[EstimatedValue]; 2],
-    ) -> Vec<KnownEffect> {
-        let known = self.known_effects.iter();
-        let effect = |given: &Effect| {
-            let values = given.values.len();
-            let own = |all: &mut &[EstimatedValue]| {
-                let own;
-                (own, *all) = all.split_at(values);
-                own.to_vec()
-            };
-            KnownEffect {
-                given: given.clone(),
-                before: own(&mut before),
-                after: own(&mut after),
-            }
+/// What became of the physics that was known beforehand.
+///
+/// # Arguments
+/// - What is stated of it without and with what was found, one effect after the other.
+pub(crate) fn known_effects(
+    problem: &DiagnosisProblem<'_>,
+    [mut before, mut after]: [&[EstimatedValue]; 2],
+) -> Vec<KnownEffect> {
+    let known = problem.known_effects.iter();
+    let effect = |given: &Effect| {
+        let values = given.values.len();
+        let own = |all: &mut &[EstimatedValue]| {
+            let own;
+            (own, *all) = all.split_at(values);
+            own.to_vec()
         };
-        known.map(effect).collect()
-    }
+        KnownEffect {
+            given: given.clone(),
+            before: own(&mut before),
+            after: own(&mut after),
+        }
+    };
+    known.map(effect).collect()
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.

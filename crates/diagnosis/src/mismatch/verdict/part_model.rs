@@ -6,7 +6,7 @@ use stiffbench_measurement::specimen::SpecimenTable;
 use super::diagnosis::Diagnosis;
 use crate::mismatch::baselines::{Line, PartUnits, part_observations};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::unseen_parts;
+use crate::mismatch::hold_out::{HoldOut, unseen_parts};
 use crate::mismatch::noise::KnownNoise;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, Model};
@@ -83,7 +83,7 @@ impl PartModel {
                 size_factor: observations.size_factor(cell.pose),
             });
         }
-        let band = problem.band(&model)?;
+        let band = band(&problem, &model)?;
         let drivers = observations.loads.iter().map(|load| load.force_n);
         let range = drivers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], load| {
             [low.min(load), high.max(load)]
@@ -128,23 +128,22 @@ impl PartModel {
     }
 }
 
-impl DiagnosisProblem<'_> {
-    /// How far a model is off in parts of a recording that are left out of its fit in turn.
-    fn band(&self, model: &Model) -> Result<PartBand, MismatchError> {
-        let state = self.state_of(model.clone(), KnownNoise::Nothing)?;
-        let mut off: Vec<f64> = Vec::new();
-        for held in unseen_parts(self.observations) {
-            let left = self.residuals_left_out(&state, model, &held)?;
-            off.extend(left.iter().map(|residual| residual.abs()));
-        }
-        off.sort_by(f64::total_cmp);
-        let place = (WITHIN * off.len() as f64).ceil() as usize;
-        Ok(PartBand {
-            half_width: off
-                .get(place.saturating_sub(1))
-                .copied()
-                .unwrap_or(f64::NAN),
-            readings: off.len(),
-        })
+/// How far a model is off in parts of a recording that are left out of its fit in turn.
+fn band(problem: &DiagnosisProblem<'_>, model: &Model) -> Result<PartBand, MismatchError> {
+    let state = &problem.state_of(model.clone(), KnownNoise::Nothing)?;
+    let hold_out = HoldOut::new(problem, state);
+    let mut off: Vec<f64> = Vec::new();
+    for held in unseen_parts(problem.observations) {
+        let left = hold_out.residuals_left_out(model, &held)?;
+        off.extend(left.iter().map(|residual| residual.abs()));
     }
+    off.sort_by(f64::total_cmp);
+    let place = (WITHIN * off.len() as f64).ceil() as usize;
+    Ok(PartBand {
+        half_width: off
+            .get(place.saturating_sub(1))
+            .copied()
+            .unwrap_or(f64::NAN),
+        readings: off.len(),
+    })
 }

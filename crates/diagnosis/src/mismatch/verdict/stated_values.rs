@@ -62,90 +62,88 @@ impl EstimatedValue {
     }
 }
 
-impl DiagnosisProblem<'_> {
-    /// What is stated of a fitted model, with standard uncertainties from its linearisation and likelihood intervals.
-    ///
-    /// # Arguments
-    /// - `dof`: degrees of freedom of the noise; those of each value if `None`.
-    pub(crate) fn estimated(
-        &self,
-        state: &State,
-        fitted: &FittedModel,
-        stated: &[Stated],
-        dof: Option<f64>,
-    ) -> Result<Vec<EstimatedValue>, MismatchError> {
-        let (model, scales) = (&fitted.model, self.scales());
-        let covariance = self.covariance(state, model)?;
-        let independent = self.independent_values(state, &mut self.predictor(), model)?;
-        // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
-        let wider = independent.map_or(1.0, |count| (fitted.squares / count).max(1.0).sqrt());
-        let linear = |stated: &Stated| {
-            let place = stated.place(model.parameters.len(), &model.effects);
-            let (u, own_dof) = covariance[place];
-            let u = u.filter(|_| !matches!(stated, Stated::Combination { .. }));
-            let dof = independent.or(dof).unwrap_or(own_dof).max(2.0);
-            EstimatedValue::of_covariance(stated.of(model, scales), (u.map(|u| u * wider), dof))
-        };
-        let mut values: Vec<EstimatedValue> = stated.iter().map(linear).collect();
-        let refit = self.refit(&state.whitening);
-        let lowest = refit.lowest(&mut self.predictor(), model);
-        let profile = |(stated, value): (&Stated, &EstimatedValue)| {
-            let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
-            let lowest = lowest.as_ref()?;
-            refit.profile(&mut self.predictor(), (model, lowest), *stated, rise)
-        };
-        let both = stated.par_iter().zip(&values);
-        let profiles: Vec<Option<ValueProfile>> = both.map(profile).collect();
-        let inside = profiles.iter().flatten().flat_map(|one| &one.inside);
-        let inside: Vec<&Model> = inside.collect();
-        for ((value, profile), stated) in values.iter_mut().zip(&profiles).zip(stated) {
-            let inside = inside.iter().map(|model| stated.of(model, scales));
-            let profile = profile.as_ref();
-            value.interval = profile.and_then(|profile| interval(value, profile, inside));
-        }
-        Ok(values)
+/// What is stated of a fitted model, with standard uncertainties from its linearisation and likelihood intervals.
+///
+/// # Arguments
+/// - `dof`: degrees of freedom of the noise; those of each value if `None`.
+pub(crate) fn estimated_values(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+    fitted: &FittedModel,
+    stated: &[Stated],
+    dof: Option<f64>,
+) -> Result<Vec<EstimatedValue>, MismatchError> {
+    let (model, scales) = (&fitted.model, problem.scales());
+    let covariance = uncertainties(problem, state, model)?;
+    let independent = problem.independent_values(state, &mut problem.predictor(), model)?;
+    // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
+    let wider = independent.map_or(1.0, |count| (fitted.squares / count).max(1.0).sqrt());
+    let linear = |stated: &Stated| {
+        let place = stated.place(model.parameters.len(), &model.effects);
+        let (u, own_dof) = covariance[place];
+        let u = u.filter(|_| !matches!(stated, Stated::Combination { .. }));
+        let dof = independent.or(dof).unwrap_or(own_dof).max(2.0);
+        EstimatedValue::of_covariance(stated.of(model, scales), (u.map(|u| u * wider), dof))
+    };
+    let mut values: Vec<EstimatedValue> = stated.iter().map(linear).collect();
+    let refit = problem.refit(&state.whitening);
+    let lowest = refit.lowest(&mut problem.predictor(), model);
+    let profile = |(stated, value): (&Stated, &EstimatedValue)| {
+        let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
+        let lowest = lowest.as_ref()?;
+        refit.profile(&mut problem.predictor(), (model, lowest), *stated, rise)
+    };
+    let both = stated.par_iter().zip(&values);
+    let profiles: Vec<Option<ValueProfile>> = both.map(profile).collect();
+    let inside = profiles.iter().flatten().flat_map(|one| &one.inside);
+    let inside: Vec<&Model> = inside.collect();
+    for ((value, profile), stated) in values.iter_mut().zip(&profiles).zip(stated) {
+        let inside = inside.iter().map(|model| stated.of(model, scales));
+        let profile = profile.as_ref();
+        value.interval = profile.and_then(|profile| interval(value, profile, inside));
     }
+    Ok(values)
+}
 
-    /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
-    fn covariance(
-        &self,
-        state: &State,
-        model: &Model,
-    ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
-        let mut predictor = self.predictor();
-        let mut columns = self.columns(&mut predictor, model)?;
-        for column in &mut columns {
-            state.whitening.covariance.whiten(column);
-        }
-        let prior_sd = prior_sd(self.baseline);
-        let known = Information::of_prior(&prior_sd, columns.len() - prior_sd.len());
-        let known = known.with(&Information::of_columns(&columns));
-        let lengths = known.lengths();
-        let used: Vec<usize> = (0..columns.len()).filter(|&i| lengths[i] > 0.0).collect();
-        // Columns of unit length: factors and compliances differ by many orders of magnitude.
-        let units: Vec<f64> = used.iter().map(|&i| lengths[i].recip()).collect();
-        let inverse = known.of_some(&used, &units).inverse();
-        let mut out = vec![(None, f64::INFINITY); columns.len()];
-        let mut scratch = Vec::new();
-        for (place, &column) in used.iter().enumerate() {
-            // The estimate is the sum of the white readings with these weights.
-            let mut weights = vec![0.0; self.observations.len()];
-            for (other, &from) in used.iter().enumerate() {
-                let factor = inverse[(place, other)] * units[other];
-                for (weight, value) in weights.iter_mut().zip(&columns[from]) {
-                    *weight += factor * value;
-                }
-            }
-            let shares = state
-                .whitening
-                .variance_shares(self.observations, &weights, &mut scratch);
-            out[column] = (
-                Some(inverse[(place, place)].sqrt() * units[place]),
-                state.noise.degrees_of_freedom(shares),
-            );
-        }
-        Ok(out)
+/// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
+fn uncertainties(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+    model: &Model,
+) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
+    let mut predictor = problem.predictor();
+    let mut columns = problem.columns(&mut predictor, model)?;
+    for column in &mut columns {
+        state.whitening.covariance.whiten(column);
     }
+    let prior_sd = prior_sd(problem.baseline);
+    let known = Information::of_prior(&prior_sd, columns.len() - prior_sd.len());
+    let known = known.with(&Information::of_columns(&columns));
+    let lengths = known.lengths();
+    let used: Vec<usize> = (0..columns.len()).filter(|&i| lengths[i] > 0.0).collect();
+    // Columns of unit length: factors and compliances differ by many orders of magnitude.
+    let units: Vec<f64> = used.iter().map(|&i| lengths[i].recip()).collect();
+    let inverse = known.of_some(&used, &units).inverse();
+    let mut out = vec![(None, f64::INFINITY); columns.len()];
+    let mut scratch = Vec::new();
+    for (place, &column) in used.iter().enumerate() {
+        // The estimate is the sum of the white readings with these weights.
+        let mut weights = vec![0.0; problem.observations.len()];
+        for (other, &from) in used.iter().enumerate() {
+            let factor = inverse[(place, other)] * units[other];
+            for (weight, value) in weights.iter_mut().zip(&columns[from]) {
+                *weight += factor * value;
+            }
+        }
+        let shares = state
+            .whitening
+            .variance_shares(problem.observations, &weights, &mut scratch);
+        out[column] = (
+            Some(inverse[(place, place)].sqrt() * units[place]),
+            state.noise.degrees_of_freedom(shares),
+        );
+    }
+    Ok(out)
 }
 
 /// The likelihood interval of a value; `None` without an end.

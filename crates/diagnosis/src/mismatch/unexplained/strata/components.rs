@@ -44,66 +44,67 @@ struct ComponentResponse {
     lever: Option<Vec<f64>>,
 }
 
-impl DiagnosisProblem<'_> {
-    /// The parts of the baseline in a state.
-    pub(super) fn parts(&self, state: &State) -> Result<SuspectComponents, MismatchError> {
-        let parameters = &state.fitted.model.parameters;
-        let linearised = self.predictor().linearised(parameters, &[])?;
-        let cells = &self.observations.cells;
-        let mut parts: Vec<ComponentResponse> = Vec::new();
-        let of_levers = |place: Place, lever: &dyn Fn(&ObservedCell) -> [f64; 6]| {
-            let compliance = cells.iter().map(|cell| cell.lever_product(lever(cell)));
-            let along = |cell: &ObservedCell| dot6(lever(cell), cell.read.unit()).abs();
-            let levers = cells.iter().map(along).collect();
-            ComponentResponse::new(place, compliance.collect(), Some(levers))
-        };
-        for (joint, name) in linearised.joints.iter().enumerate() {
-            let lever = |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers[joint];
-            let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
-            parts.push(ComponentResponse {
-                stiffness: linearised
-                    .poses
-                    .iter()
-                    .map(stiffness)
-                    .fold(f64::INFINITY, f64::min),
-                ..of_levers(Place::Joint(name.clone()), &lever)
-            });
-        }
-        for &axis in &linearised.rocking_axes {
-            let lever = |cell: &ObservedCell| linearised.poses[cell.pose].base_levers[axis.index()];
-            parts.push(of_levers(Place::Axis(axis), &lever));
-        }
-        for direction in Direction::ALL {
-            let own = cells.iter().map(|cell| {
-                f64::from(u8::from(cell.read == direction)) * cell.load.along(direction)
-            });
-            let own: Vec<f64> = own.collect();
-            parts.push(ComponentResponse::new(
-                Place::Direction(direction),
-                own.clone(),
-                Some(own),
-            ));
-        }
-        for element in self.baseline.elements(parameters)? {
-            for property in Property::ALL {
-                // A larger property is stiffer: a relative compliance is minus its logarithm.
-                let compliance = cells.iter().map(|cell| {
-                    let gradient = element.gradient_m_per_n[cell.pose][property.index()];
-                    // What an element does across the load is not worked out.
-                    if cell.is_along_load() {
-                        -gradient[cell.axis().index()]
-                    } else {
-                        0.0
-                    }
-                });
-                let place = Place::Element(element.element.clone());
-                let part = ComponentResponse::new(place, compliance.collect(), None);
-                parts.push(part.of_property(property.name()));
-            }
-        }
-        parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));
-        Ok(SuspectComponents(parts))
+/// The parts of the baseline in a state.
+pub(super) fn parts(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+) -> Result<SuspectComponents, MismatchError> {
+    let parameters = &state.fitted.model.parameters;
+    let linearised = problem.predictor().linearised(parameters, &[])?;
+    let cells = &problem.observations.cells;
+    let mut parts: Vec<ComponentResponse> = Vec::new();
+    let of_levers = |place: Place, lever: &dyn Fn(&ObservedCell) -> [f64; 6]| {
+        let compliance = cells.iter().map(|cell| cell.lever_product(lever(cell)));
+        let along = |cell: &ObservedCell| dot6(lever(cell), cell.read.unit()).abs();
+        let levers = cells.iter().map(along).collect();
+        ComponentResponse::new(place, compliance.collect(), Some(levers))
+    };
+    for (joint, name) in linearised.joints.iter().enumerate() {
+        let lever = |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers[joint];
+        let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
+        parts.push(ComponentResponse {
+            stiffness: linearised
+                .poses
+                .iter()
+                .map(stiffness)
+                .fold(f64::INFINITY, f64::min),
+            ..of_levers(Place::Joint(name.clone()), &lever)
+        });
     }
+    for &axis in &linearised.rocking_axes {
+        let lever = |cell: &ObservedCell| linearised.poses[cell.pose].base_levers[axis.index()];
+        parts.push(of_levers(Place::Axis(axis), &lever));
+    }
+    for direction in Direction::ALL {
+        let own = cells
+            .iter()
+            .map(|cell| f64::from(u8::from(cell.read == direction)) * cell.load.along(direction));
+        let own: Vec<f64> = own.collect();
+        parts.push(ComponentResponse::new(
+            Place::Direction(direction),
+            own.clone(),
+            Some(own),
+        ));
+    }
+    for element in problem.baseline.elements(parameters)? {
+        for property in Property::ALL {
+            // A larger property is stiffer: a relative compliance is minus its logarithm.
+            let compliance = cells.iter().map(|cell| {
+                let gradient = element.gradient_m_per_n[cell.pose][property.index()];
+                // What an element does across the load is not worked out.
+                if cell.is_along_load() {
+                    -gradient[cell.axis().index()]
+                } else {
+                    0.0
+                }
+            });
+            let place = Place::Element(element.element.clone());
+            let part = ComponentResponse::new(place, compliance.collect(), None);
+            parts.push(part.of_property(property.name()));
+        }
+    }
+    parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));
+    Ok(SuspectComponents(parts))
 }
 
 impl Decomposition<'_> {

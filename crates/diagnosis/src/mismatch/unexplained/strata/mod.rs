@@ -63,99 +63,102 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    DiagnosisProblem::new(baseline, observations)
-        .with_known_effects(&options.known_effects)
-        .located_at_start(options)
+    let problem = DiagnosisProblem::new(baseline, observations);
+    located_at_start(&problem.with_known_effects(&options.known_effects), options)
 }
 
-impl DiagnosisProblem<'_> {
-    /// Says where the model without effects fails.
-    pub(crate) fn located_at_start(
-        &self,
-        options: &SearchOptions,
-    ) -> Result<Located, MismatchError> {
-        let state = self.state_of(self.start(), options.noise)?;
-        self.located(&state, options.noise.given())
-    }
+/// Says where the model without effects fails.
+pub(crate) fn located_at_start(
+    problem: &DiagnosisProblem<'_>,
+    options: &SearchOptions,
+) -> Result<Located, MismatchError> {
+    let state = problem.state_of(problem.start(), options.noise)?;
+    located(problem, &state, options.noise.given())
+}
 
-    /// The tests of what a state leaves, without those for single readings and periods.
-    pub(crate) fn stratum_tests(&self, state: &State) -> Result<Vec<StratumTest>, MismatchError> {
-        let decomposition = self.decomposition(state)?;
-        let white = decomposition.white(&self.raw_residuals(&state.fitted.model)?);
-        Ok(decomposition.ratio_tests(&white, &[], self.rounded(state)?.as_ref()))
-    }
+/// The tests of what a state leaves, without those for single readings and periods.
+pub(crate) fn stratum_tests(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+) -> Result<Vec<StratumTest>, MismatchError> {
+    let decomposition = decomposition(problem, state)?;
+    let white = decomposition.white(&problem.raw_residuals(&state.fitted.model)?);
+    Ok(decomposition.ratio_tests(&white, &[], problem.rounded(state)?.as_ref()))
+}
 
-    fn decomposition<'s>(&'s self, state: &'s State) -> Result<Decomposition<'s>, MismatchError> {
-        let mut predictor = self.predictor();
-        let model = &state.fitted.model;
-        let columns = self.free_columns(&mut predictor, model)?;
-        let slope_m = self.slope(&mut predictor, model)?.slope_m;
-        Ok(Decomposition::new(&Setting {
-            observations: self.observations,
-            whitening: &state.whitening,
-            columns: &columns,
-            prior_sd: &prior_sd(self.baseline),
-            slope_m: &slope_m,
-        }))
-    }
+fn decomposition<'s>(
+    problem: &'s DiagnosisProblem<'_>,
+    state: &'s State,
+) -> Result<Decomposition<'s>, MismatchError> {
+    let mut predictor = problem.predictor();
+    let model = &state.fitted.model;
+    let columns = problem.free_columns(&mut predictor, model)?;
+    let slope_m = problem.slope(&mut predictor, model)?.slope_m;
+    Ok(Decomposition::new(&Setting {
+        observations: problem.observations,
+        whitening: &state.whitening,
+        columns: &columns,
+        prior_sd: &prior_sd(problem.baseline),
+        slope_m: &slope_m,
+    }))
+}
 
-    /// Says where a state fails.
-    ///
-    /// # Arguments
-    /// - `known`: the noise, if it was known beforehand.
-    pub(crate) fn located(
-        &self,
-        state: &State,
-        known: Option<&EstimatedNoise>,
-    ) -> Result<Located, MismatchError> {
-        let mut predictor = self.predictor();
-        let model = &state.fitted.model;
-        let decomposition = self.decomposition(state)?;
-        let predicted = self.predicted(&mut predictor, model)?;
-        let residual_m = self.raw_residuals(model)?;
-        let white = decomposition.white(&residual_m);
-        // Where the gauge stood, if that is known, else where the model says.
-        let positions_m: Vec<f64> = self
-            .observations
-            .loads
-            .iter()
-            .zip(&predicted)
-            .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
-            .collect();
-        let rounded = self.rounded(state)?;
-        let periods = decomposition.periods(&positions_m);
-        let (tests, untested) = decomposition.tests(&white, &periods, known, rounded.as_ref());
-        let slopes = passes(&tests, &[Contrast::CellSlope]);
-        let shapes = passes(
-            &tests,
-            &[
-                Contrast::Curve,
-                Contrast::LoadStep,
-                Contrast::Loop,
-                Contrast::Branch,
-            ],
-        );
-        let parts = if slopes || shapes {
-            self.parts(state)?
+/// Says where a state fails.
+///
+/// # Arguments
+/// - `known`: the noise, if it was known beforehand.
+pub(crate) fn located(
+    problem: &DiagnosisProblem<'_>,
+    state: &State,
+    known: Option<&EstimatedNoise>,
+) -> Result<Located, MismatchError> {
+    let mut predictor = problem.predictor();
+    let model = &state.fitted.model;
+    let decomposition = decomposition(problem, state)?;
+    let predicted = problem.predicted(&mut predictor, model)?;
+    let residual_m = problem.raw_residuals(model)?;
+    let white = decomposition.white(&residual_m);
+    // Where the gauge stood, if that is known, else where the model says.
+    let positions_m: Vec<f64> = problem
+        .observations
+        .loads
+        .iter()
+        .zip(&predicted)
+        .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
+        .collect();
+    let rounded = problem.rounded(state)?;
+    let periods = decomposition.periods(&positions_m);
+    let (tests, untested) = decomposition.tests(&white, &periods, known, rounded.as_ref());
+    let slopes = passes(&tests, &[Contrast::CellSlope]);
+    let shapes = passes(
+        &tests,
+        &[
+            Contrast::Curve,
+            Contrast::LoadStep,
+            Contrast::Loop,
+            Contrast::Branch,
+        ],
+    );
+    let parts = if slopes || shapes {
+        components::parts(problem, state)?
+    } else {
+        components::SuspectComponents::default()
+    };
+    Ok(Located {
+        slope_components: if slopes {
+            decomposition.slope_components(&parts, &white)
         } else {
-            components::SuspectComponents::default()
-        };
-        Ok(Located {
-            slope_components: if slopes {
-                decomposition.slope_components(&parts, &white)
-            } else {
-                Vec::new()
-            },
-            shape_components: if shapes {
-                decomposition.shape_components(&parts, &white)
-            } else {
-                Vec::new()
-            },
-            map: map::entries(self.observations, &residual_m, &white),
-            tests,
-            untested,
-        })
-    }
+            Vec::new()
+        },
+        shape_components: if shapes {
+            decomposition.shape_components(&parts, &white)
+        } else {
+            Vec::new()
+        },
+        map: map::entries(problem.observations, &residual_m, &white),
+        tests,
+        untested,
+    })
 }
 
 fn passes(tests: &[StratumTest], contrasts: &[Contrast]) -> bool {
