@@ -215,7 +215,8 @@ fn words(line: &str) -> (Vec<&str>, Option<&str>) {
     (line.split_whitespace().collect(), input)
 }
 
-fn copy(from: &Path, to: &Path) {
+/// Copies a file, or a folder with all that is in it.
+pub(crate) fn copy(from: &Path, to: &Path) {
     if from.is_dir() {
         fs::create_dir_all(to).unwrap();
         for entry in fs::read_dir(from).unwrap() {
