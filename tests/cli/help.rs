@@ -75,6 +75,24 @@ fn help_shows_examples_before_options_and_the_exit_codes_last() {
     let help = desk.run("--help").succeeds().stdout;
     let at = |part: &str| help.find(part).unwrap_or_else(|| panic!("{part}: {help}"));
     assert!(at("Examples:") < at("Commands:") && at("Commands:") < at("Exit codes: 0 done;"));
+    let version = concat!("stiffbench ", env!("PROGRAM_VERSION"), "\n");
+    assert_eq!(desk.run("--version").succeeds().stdout, version);
+}
+
+#[test]
+fn every_command_argument_and_option_is_explained() {
+    for (name, command) in super::names::shown() {
+        let about = command.get_about().map(ToString::to_string);
+        assert!(about.is_some_and(|about| !about.is_empty()), "{name}");
+        for argument in command.get_arguments() {
+            let help = argument.get_help().or(argument.get_long_help());
+            let help = help.map(ToString::to_string).unwrap_or_default();
+            assert!(
+                argument.is_hide_set() || !help.is_empty(),
+                "{name} {argument}"
+            );
+        }
+    }
 }
 
 /// For the scripts of shells; ports are those of the computer.

@@ -8,7 +8,7 @@ mod device;
 use device::Device;
 
 /// A force gauge that answers as the maker prints it: the n-th value is n.5 N.
-pub(super) fn mark10(desk: &Desk) -> Device {
+pub(crate) fn mark10(desk: &Desk) -> Device {
     mark10_set_to(None, desk)
 }
 

@@ -22,7 +22,7 @@ mod in_process;
 mod inputs;
 mod instruments;
 #[cfg(unix)]
-mod lines;
+pub(crate) mod lines;
 mod load_case_input;
 mod load_cases;
 mod map;

@@ -235,6 +235,11 @@ fn the_page_of_commands_names_everything() {
         let group = command.is_subcommand_required_set();
         assert!(group || has(&format!("| `{name}` |")), "{name}");
     }
+    let (_, listed) = page.split_once("## Commands\n").unwrap();
+    let listed = listed.split("\n## ").next().unwrap().lines();
+    for name in listed.filter_map(|line| line.strip_prefix("| `")?.split('`').next()) {
+        assert!(shown().iter().any(|(shown, _)| shown == name), "{name}");
+    }
     for (long, values, _) in COMMON {
         // A bar in a cell of a table is written with a backslash.
         let values = values.join("` or `").replace('|', "\\|");

@@ -52,6 +52,11 @@ impl Desk {
         std::fs::write(path, text).unwrap();
     }
 
+    /// Copies the files of a folder of the repository here.
+    pub fn copy(&self, folder: &str) {
+        super::goldens::copy(&super::repository().join(folder), self.folder.path());
+    }
+
     /// Copies a program here. Another process does so: while this one has it open for writing, one that another test starts has it open as well, and the system runs no program that somebody may be writing.
     pub fn install(&self, program: &str, name: &str) {
         let mut command = Command::new("install");

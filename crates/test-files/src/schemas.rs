@@ -9,10 +9,15 @@ use serde_json::{Value, json};
 /// How the goldens are kept too.
 pub(crate) const MODE: &str = "STIFFBENCH_GOLDENS";
 
+/// Whether what is kept is written instead of compared.
+pub(crate) fn are_written() -> bool {
+    std::env::var(MODE).is_ok_and(|mode| mode == "write")
+}
+
 /// The files of a folder of the repository are these schemas by kind, and no others. Under `STIFFBENCH_GOLDENS=write` they are written.
 pub fn are_published(folder: &str, schemas: impl IntoIterator<Item = (&'static str, Value)>) {
     let folder = super::repository().join(folder);
-    let write = std::env::var(MODE).is_ok_and(|mode| mode == "write");
+    let write = are_written();
     let mut names = BTreeSet::new();
     for (kind, schema) in schemas {
         let file = folder.join(format!("{kind}.json"));
