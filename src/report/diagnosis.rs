@@ -29,7 +29,7 @@ pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
 pub use open_questions::ProposedProcedures;
 pub(super) use open_questions::next_plans;
 pub use page::diagnosis_page;
-pub(super) use page::{headline, headline_words};
+pub(super) use page::headline_words;
 pub(super) use phrases::{listed, short_phrase};
 pub use summary::{
     ComponentShares, Determination, DiagnosisSummary, FactorChangeReport, FindingReport,
