@@ -296,26 +296,3 @@ fn the_schema_of_files_names_every_setting() {
     }
     assert_eq!(schema["additionalProperties"], false);
 }
-
-#[test]
-fn doctor_reports_files_of_settings_that_are_not_there() {
-    let desk = desk();
-    desk.write(
-        "stiffbench.toml",
-        "robot = \"arm.toml\"\nbindings = \"bench.toml\"\nprotocols = \"gauges\"\n",
-    );
-    let text = desk.run("doctor --strict").exits_with(1).stdout;
-    for name in ["robot", "bindings", "protocols"] {
-        let start = format!("FAILED   setting        {name} ");
-        assert!(text.contains(&start), "{start}: {text}");
-    }
-    assert!(
-        text.contains("stiffbench.toml names, is not there"),
-        "{text}"
-    );
-    desk.write(
-        "stiffbench.toml",
-        "robot = \"hp-robot\"\nprotocols = \".\"\n",
-    );
-    assert_eq!(desk.data("doctor")["failed"], 0);
-}
