@@ -3,7 +3,6 @@
 use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran};
 
-use super::doctor::has;
 use super::{assert_output_contains, desk, five_columns};
 
 /// A desk whose user has no configuration but what a test writes to `home`.
@@ -283,7 +282,8 @@ fn a_variable_that_sets_nothing_is_noted_with_the_nearest() {
         assert_eq!(stderr, "");
     }
     let doctor = run(&desk, "", &variables, "doctor").succeeds().stdout;
-    assert!(has(&doctor, &["| warning", "| variable"]), "{doctor}");
+    let warns = |line: &str| line.contains("| warning") && line.contains("| variable");
+    assert!(doctor.lines().any(warns), "{doctor}");
 }
 
 #[test]
@@ -296,27 +296,4 @@ fn the_schema_of_files_names_every_setting() {
         assert!(property["description"].is_string(), "{setting}");
     }
     assert_eq!(schema["additionalProperties"], false);
-}
-
-#[test]
-fn doctor_reports_files_of_settings_that_are_not_there() {
-    let desk = desk();
-    desk.write(
-        "stiffbench.toml",
-        "robot = \"arm.toml\"\nbindings = \"bench.toml\"\nprotocols = \"gauges\"\n",
-    );
-    let text = desk.run("doctor --strict").exits_with(1).stdout;
-    for name in ["robot", "bindings", "protocols"] {
-        let found = format!("| {name} ");
-        assert!(has(&text, &["| FAILED", "| setting", &found]), "{text}");
-    }
-    assert!(
-        text.contains("stiffbench.toml names, is not there"),
-        "{text}"
-    );
-    desk.write(
-        "stiffbench.toml",
-        "robot = \"hp-robot\"\nprotocols = \".\"\n",
-    );
-    assert_eq!(desk.data("doctor")["failed"], 0);
 }

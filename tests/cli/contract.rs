@@ -120,17 +120,6 @@ fn compliance_is_symmetric_and_its_nodes_are_named() {
 }
 
 #[test]
-fn mobility_is_counted_where_bodies_name_their_chain() {
-    let desk = desk();
-    let host = desk.data("robot show --mobility hp-robot");
-    assert_eq!(host["total"], 4);
-    assert_eq!(array(&host["chains"]).len(), 7);
-    let arm = desk.data("robot show --mobility serial-arm");
-    assert!(arm["total"].is_null() && array(&arm["chains"]).is_empty());
-    assert_eq!(arm["mechanisms"][0]["rank_check"]["freedoms"], 4);
-}
-
-#[test]
 fn compliance_follows_every_choice() {
     let desk = desk();
     let lateral = |options: &str| {
@@ -163,51 +152,6 @@ fn compliance_follows_every_choice() {
 }
 
 #[test]
-fn the_workspace_reaches_the_points_the_paper_states() {
-    let desk = desk();
-    let data = desk.data("robot workspace --samples 2000 --seed 1");
-    assert_eq!(data["poses"], 2000);
-    assert!(data["drawn"].as_u64().unwrap() > 2000);
-    // P1 to P4 are the paper's outermost points (z, y); it prints millimetres, and the extremes refine its random search.
-    for (name, z_m, y_m) in [
-        ("highest", 1.638, 1.229),
-        ("furthest", 1.7076, 0.901),
-        ("lowest", 1.538, 0.396),
-        ("nearest", 1.384, 0.966),
-    ] {
-        let extreme = &data["extremes"][name];
-        let [reach, height] = ["reach_m", "height_m"].map(|key| extreme[key].as_f64().unwrap());
-        assert!(
-            (reach - z_m).abs() < 0.004 && (height - y_m).abs() < 0.012,
-            "{name}: {reach} {height}"
-        );
-    }
-    let held = desk.data("robot workspace --samples 100 --vary theta1");
-    let reach = |name: &str| held["extremes"][name]["reach_m"].as_f64().unwrap();
-    assert!(
-        (reach("furthest") - reach("nearest")).abs() < 1e-9,
-        "turning about the vertical changes no reach"
-    );
-}
-
-#[test]
-fn a_session_agrees_with_itself_and_differs_from_another_model() {
-    let desk = desk_with_session();
-    let same = desk.data("compare session session");
-    assert_eq!(same["verdict"], "agrees");
-    for cell in array(&same["cells"]) {
-        assert_eq!(cell["difference"]["value"], 0.0);
-    }
-    desk.run("simulate softer --seed 5 --true-factor beam.Iy=0.004")
-        .succeeds();
-    let other = desk.data("compare session softer");
-    assert_eq!(other["verdict"], "differs");
-    desk.run("compare session softer").succeeds();
-    desk.run("compare session softer --strict").exits_with(1);
-    desk.run("compare session session --strict").succeeds();
-}
-
-#[test]
 fn the_truth_behind_a_simulation_lies_in_the_intervals() {
     let desk = desk();
     desk.run("simulate exact --noise-free --true-factor beam.Iy=0.006")
@@ -227,29 +171,6 @@ fn the_truth_behind_a_simulation_lies_in_the_intervals() {
         assert!(interval[1] / interval[0] < 1.01, "{name}: {factor}");
     }
     assert_eq!(data["termination"], "converged");
-}
-
-#[test]
-fn the_papers_procedure_takes_the_list_that_calculix_gave() {
-    let fitted = desk()
-        .data("fit paper-experiment --method paper --train P1 --reference calculix-reference");
-    assert!(fitted["factors"]["beam"]["A"]["value"].is_number());
-}
-
-#[test]
-fn a_moved_command_names_its_replacement() {
-    let desk = desk();
-    for command in [
-        "prove --quick",
-        "paper",
-        "reference compare",
-        "session faults --phase settle",
-        "trace sustain --seconds 5",
-    ] {
-        // Behind the name everything belongs to it, `--json` too.
-        let ran = desk.run(command).exits_with(2);
-        assert!(ran.stderr.contains("stiffbench-validate"), "{}", ran.stderr);
-    }
 }
 
 #[test]

@@ -359,29 +359,6 @@ fn a_bare_table_is_diagnosed_and_missing_columns_are_listed() {
 }
 
 #[test]
-fn noise_from_the_records_needs_a_record() {
-    let desk = desk();
-    desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 3));
-    let error = desk.run("diagnose session --robot hp-robot --noise records --json");
-    let error = error.exits_with(10).json();
-    assert_eq!(
-        error["error"]["code"],
-        "stiffbench::session_file::no_resolution"
-    );
-    let path = session(NOTHING);
-    let object = desk
-        .run(&format!(
-            "diagnose {path} --noise records --no-figures --out out --json"
-        ))
-        .succeeds()
-        .json();
-    let noise = &object["data"]["noise"];
-    assert_eq!(noise["source"], "records");
-    assert!(noise["reading_sd"]["dof"].is_null());
-    assert!(noise["zero_sd"]["dof"].as_f64().unwrap() < 1000.0);
-}
-
-#[test]
 fn earlier_sessions_contribute_to_the_noise() {
     let desk = desk();
     let simulate = |name: &str, options: &str| {
@@ -453,64 +430,6 @@ fn earlier_sessions_contribute_to_the_noise() {
     assert!(
         error["message"].as_str().unwrap().contains("once.csv"),
         "{error}"
-    );
-}
-
-#[test]
-fn what_cannot_be_diagnosed_is_refused() {
-    let desk = desk();
-    desk.write("readings.csv", &five_columns(&["P1", "P9"], 3));
-    desk.write("ok.csv", &five_columns(&["P1", "P2"], 3));
-    let refused = |arguments: &str, exit: i32, code: &str| {
-        let object = desk.run(&format!("{arguments} --json"));
-        let error = object.exits_with(exit).json()["error"].clone();
-        assert_eq!(error["code"], code, "{error}");
-        error.to_string()
-    };
-    let error = refused(
-        "diagnose ok.csv --robot hp-robot --without joint-backlsh",
-        2,
-        "stiffbench::mismatch::unknown_law",
-    );
-    assert!(
-        error.contains("joint-backlash") && error.contains("did you mean"),
-        "{error}"
-    );
-    let error = refused(
-        "diagnose readings.csv --robot hp-robot",
-        11,
-        "stiffbench::readings::unknown_pose",
-    );
-    assert!(error.contains("P9"), "{error}");
-    refused("diagnose nowhere", 11, "stiffbench::input::not_found");
-    let lines: Vec<String> = five_columns(&["P1"], 3)
-        .lines()
-        .enumerate()
-        .map(|(line, text)| {
-            let status = if line == 0 { "status" } else { "rejected" };
-            format!("{text},{status}")
-        })
-        .collect();
-    desk.write("rejected.csv", &lines.join("\n"));
-    refused(
-        "diagnose rejected.csv --robot hp-robot",
-        11,
-        "stiffbench::mismatch::empty",
-    );
-    // Without times drift changes nothing.
-    let drifting =
-        "diagnose ok.csv --robot hp-robot --effect thermal-drift@clock:rate=36um/h --json";
-    let object = desk.run(drifting).succeeds().json();
-    assert!(
-        object["warnings"].to_string().contains("changes none"),
-        "{object}"
-    );
-    desk.write("file", "");
-    assert!(Path::new(&desk.path("file")).is_file());
-    refused(
-        "diagnose ok.csv --robot hp-robot --no-figures --out file/below",
-        14,
-        "stiffbench::output::write",
     );
 }
 

@@ -177,37 +177,6 @@ fn it_ends_after_the_last_load_and_takes_its_ports_along() {
 }
 
 #[test]
-fn what_cannot_be_emulated_is_refused() {
-    let desk = desk();
-    desk.write(
-        "faults.toml",
-        "schema = \"stiffbench/faults/1\"\n[[fault]]\nwhat = \"nulls\"\n",
-    );
-    for (arguments, code, part) in [
-        (
-            "instrument emulate --force-instrument mark10-series6",
-            2,
-            "did you mean mark10-series5",
-        ),
-        (
-            "instrument emulate --force-instrument mitutoyo-01a",
-            2,
-            "measures displacement",
-        ),
-        (
-            "instrument emulate --faults faults.toml",
-            11,
-            "no fault nulls",
-        ),
-        ("instrument emulate --faults none.toml", 11, "none.toml"),
-        ("instrument emulate --poses P9", 10, "P9"),
-    ] {
-        let ran = desk.run(arguments).exits_with(code);
-        assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);
-    }
-}
-
-#[test]
 fn a_signal_ends_it_and_takes_its_links_away() {
     use std::os::unix::process::ExitStatusExt;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use stiffbench::physics::Law;
 use stiffbench::shipped::error_explanations;
 
-use super::{assert_output_contains, desk};
+use super::desk;
 
 /// Codes that are put together from a word: the problems of a TOML file.
 const OF_A_SESSION_FILE: [&str; 9] = [
@@ -136,25 +136,6 @@ fn every_law_and_verdict_is_explained() {
     }
     let text = desk.run("explain").succeeds().stdout;
     assert!(text.contains("  port::not_allowed\n") && text.contains("  joint-friction\n"));
-}
-
-#[test]
-fn an_unknown_name_gets_the_nearest_ones() {
-    let desk = desk();
-    for (name, near) in [
-        ("reading::wrong_unit", "readings::wrong_unit"),
-        ("not_allowed", "port::not_allowed"),
-        ("joint-backlsh", "joint-backlash"),
-        ("port", "port::busy"),
-        ("zzzzzzzz", "stiffbench explain"),
-    ] {
-        let error = desk.refusal(
-            &format!("explain {name}"),
-            2,
-            "stiffbench::usage::unknown_topic",
-        );
-        assert_output_contains(&error, &[name, near]);
-    }
 }
 
 #[test]

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 use calamine::{Data, Reader, Xlsx, open_workbook};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use stiffbench::analysis::sha256;
 use stiffbench_test_files::desk::Desk;
 use stiffbench_test_files::text;
 
-use super::{assert_output_contains, desk, desk_with_session, five_columns};
+use super::{desk, desk_with_session, five_columns};
 
 fn package(desk: &Desk, folder: &str) -> Value {
     serde_json::from_str(&desk.read(&format!("{folder}/datapackage.json"))).unwrap()
@@ -241,50 +241,6 @@ fn files_of_few_columns_and_load_cases_are_exported() {
     );
 }
 
-#[test]
-fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
-    let desk = desk_with_session();
-    desk.write("full/mine.txt", "mine");
-    desk.write("file", "mine");
-    for out in ["full", "file"] {
-        let error = desk.refusal(
-            &format!("export session --out {out}"),
-            13,
-            "stiffbench::output::exists",
-        );
-        assert_output_contains(&error, &["not empty", "another name"]);
-    }
-    assert_eq!(desk.read("full/mine.txt"), "mine");
-    desk.refusal(
-        "export nothing --out new",
-        11,
-        "stiffbench::input::not_found",
-    );
-    desk.refusal(
-        "export paper-experiment --out new",
-        2,
-        "stiffbench::usage::needs_readings",
-    );
-    desk.write(
-        "broken.csv",
-        "pose,direction,repeat,force_N,displacement_um\nP1,x,1,ten,5\n",
-    );
-    desk.refusal(
-        "export broken.csv --out new",
-        11,
-        "stiffbench::readings::bad_value",
-    );
-    assert!(!desk.path("new").exists());
-    desk.run("export session").exits_with(2);
-    #[cfg(not(feature = "parquet"))]
-    {
-        let code = "stiffbench::usage::no_parquet";
-        let error = desk.refusal("export session --out new --format parquet", 2, code);
-        assert_output_contains(&error, &["--features parquet", "csv"]);
-        assert!(!desk.path("new").exists());
-    }
-}
-
 /// The snippets of the page and of the command, run as they stand; without pandas they are skipped with a note.
 #[test]
 fn the_snippets_run() {
@@ -323,12 +279,4 @@ fn the_snippets_run() {
         );
         assert!(shown.contains("P1"), "{shown}");
     }
-}
-
-#[test]
-fn the_result_follows_its_schema() {
-    let desk = desk_with_session();
-    let data = desk.data("export session --out tables");
-    assert_eq!(data["format"], json!("csv"));
-    assert_eq!(data["tables"][0]["columns"][0], "session");
 }

@@ -31,45 +31,6 @@ fn standard_errors_covariance_and_correlations_are_given_with_every_fit() {
 }
 
 #[test]
-fn a_pair_that_the_data_can_hardly_distinguish_is_named() {
-    let page = desk().run("fit paper-experiment --train P1,P3 --free link.Iz");
-    let page = unwrapped(&page.succeeds().stdout);
-    assert!(
-        page.contains("can hardly be distinguished: correlation -")
-            && page.contains("one larger and the other smaller fits nearly as well"),
-        "{page}"
-    );
-}
-
-#[test]
-fn a_parameter_that_no_cell_depends_on_did_not_move() {
-    let desk = desk();
-    // The mechanism is planar: its lateral stiffness does not depend on the bending in its plane, which vertical readings show.
-    desk.write(
-        "lateral.csv",
-        "pose,direction,stiffness_N_per_um\nP1,x,0.0097\nP2,x,0.0096\nP3,x,0.0128\nP4,x,0.0191\n",
-    );
-    let line = "fit lateral.csv --robot hp-robot --fix beam.A,beam.J";
-    let data = desk.data(line);
-    let parameters = data["parameters"].as_array().unwrap();
-    let bending = parameters.iter().find(|one| one["name"] == "beam.Iy");
-    let bending = bending.unwrap();
-    assert_eq!(bending["status"], "not_identified");
-    assert_eq!(bending["moved"], false);
-    assert_eq!(bending["value"], bending["start"]);
-    assert_eq!((&data["rank"], &data["free"]), (&1.into(), &2.into()));
-    let page = unwrapped(&desk.run(line).succeeds().stdout);
-    for part in [
-        "not identified, did not move",
-        "no reading depends on it, so it keeps its start",
-        "The cells determine 1 of 2 parameters (rank of the Jacobian); condition number infinite.",
-        "- 70.0 N along y in pose P2",
-    ] {
-        assert!(page.contains(part), "{part}: {page}");
-    }
-}
-
-#[test]
 fn an_interval_of_the_covariance_that_the_likelihood_does_not_support_is_warned_of() {
     let desk = desk_with_session();
     let disagreements = |line: &str| {
@@ -154,34 +115,6 @@ fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
 }
 
 #[test]
-fn runs_of_signs_tell_a_curved_load_line_from_scatter() {
-    let desk = desk_with_session();
-    let of_load = |session: &str| {
-        let data = desk.data(&format!("fit {session}"));
-        let tests = data["runs_tests"].as_array().unwrap().clone();
-        assert_eq!(tests.len(), 2);
-        assert_eq!(
-            (&tests[0]["against"], &tests[1]["against"]),
-            (&"load".into(), &"order".into())
-        );
-        tests[0]["p"].as_f64().unwrap()
-    };
-    assert!(of_load("session") > 0.01);
-    // Fifteen runs of the fit have at most 15/2 + 1 stretches on average, whatever their signs; sixty of all cells have about 31.
-    let trained = desk.data("fit session --train P1 --fix beam.J");
-    let expected = trained["runs_tests"][1]["expected"].as_f64().unwrap();
-    assert!((2.0..=8.5).contains(&expected), "{expected}");
-    desk.run("simulate curved --seed 4 --effect force-gauge-nonlinearity:q=0.1%/N")
-        .succeeds();
-    assert!(of_load("curved") < 1e-6);
-    let page = unwrapped(&desk.run("fit curved").succeeds().stdout);
-    assert!(
-        page.contains("Residuals by load within runs: ") && page.contains("structure remains"),
-        "{page}"
-    );
-}
-
-#[test]
 fn a_parameter_on_its_bound_has_no_uncertainty_and_no_load_case_is_planned_for_it() {
     let desk = desk();
     desk.run("simulate seven --seed 7").succeeds();
@@ -215,30 +148,6 @@ fn a_plan_starts_from_the_standard_error_of_the_table() {
     let relative = stated["se"].as_f64().unwrap() / stated["value"].as_f64().unwrap();
     let now = planned["now"].as_f64().unwrap();
     assert!((now / relative - 1.0).abs() < 1e-3, "{now} {relative}");
-}
-
-#[test]
-fn cells_are_drawn_again_without_readings_too() {
-    let desk = desk();
-    let line = "fit paper-experiment --bootstrap 60 --bootstrap-over cells --seed 2";
-    let data = desk.data(line);
-    let draws = &data["bootstrap"];
-    assert_eq!(
-        (&draws["over"], &draws["replicates"], &draws["seed"]),
-        (&"cells".into(), &60.into(), &2.into())
-    );
-    let parameters = data["parameters"].as_array().unwrap();
-    let drawn = parameters
-        .iter()
-        .find(|one| one["name"] == "beam.Iy")
-        .unwrap();
-    let [low, high] = [0, 1].map(|end| drawn["ci95_bootstrap"][end].as_f64().unwrap());
-    let value = drawn["value"].as_f64().unwrap();
-    assert!(low < value && value < high, "{low} {value} {high}");
-    assert_eq!(desk.data(line), data);
-    let refused = desk.run("fit paper-experiment --bootstrap 60 --json");
-    assert_ne!(refused.code, 0);
-    assert_output_contains(&refused.json()["error"], &["--bootstrap-over cells"]);
 }
 
 #[test]

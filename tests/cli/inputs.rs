@@ -1,7 +1,5 @@
 //! Every result states what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
-use stiffbench_test_files::desk::assert_output_contains;
-
 use super::{desk, desk_with_session, five_columns};
 
 #[test]
@@ -46,37 +44,6 @@ fn every_result_begins_with_its_data_and_its_robot() {
     );
 }
 
-#[test]
-fn simulated_readings_bear_their_mark_wherever_they_go() {
-    let desk = desk();
-    desk.run("simulate s --seed 3").succeeds();
-    desk.run("simulate with --effect joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m")
-        .succeeds();
-    let header = desk.read("with/session.toml");
-    assert!(header.contains("effects joint-friction@A3"), "{header}");
-    let mark = "simulated; seed 3; noise; no effects beside the beams";
-    assert!(desk.read("s/session.toml").contains(mark));
-    assert!(
-        desk.read("s/readings.csv")
-            .lines()
-            .nth(1)
-            .unwrap()
-            .contains(mark)
-    );
-    // The table alone still bears it.
-    std::fs::copy(desk.path("s/readings.csv"), desk.path("alone.csv")).unwrap();
-    for data in ["s", "alone.csv"] {
-        let text = desk.run(&format!("stiffness {data}")).succeeds().stdout;
-        assert!(text.contains(&format!("NOT MEASURED: {mark}")), "{text}");
-    }
-    desk.run("plot load-displacement s --out l").succeeds();
-    assert!(desk.read("l.svg").contains("NOT MEASURED"));
-    // Readings that were measured have no such column.
-    desk.write("measured.csv", &five_columns(&["P1"], 3));
-    let text = desk.run("stiffness measured.csv").succeeds().stdout;
-    assert!(!text.contains("NOT MEASURED"), "{text}");
-}
-
 #[cfg(unix)]
 #[test]
 fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
@@ -99,17 +66,6 @@ fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
     desk.run("stiffness e").exits_with(11);
     desk.run("session resume e --emulated --no-input")
         .exits_with(2);
-}
-
-#[test]
-fn two_robots_are_not_compared_without_a_word() {
-    let desk = desk_with_session();
-    desk.run("simulate other --robot hp-robot-host-dominant --seed 4")
-        .succeeds();
-    let text = desk.run("compare session other").succeeds().stdout;
-    assert!(text.contains("\n\nTwo robots were measured"), "{text}");
-    let same = desk.run("compare session session").succeeds().stdout;
-    assert!(!same.contains("Two robots"), "{same}");
 }
 
 #[test]
@@ -162,66 +118,4 @@ fn implausible_numbers_are_questioned() {
         .replace("l1 = 0.30", "l1 = 300.0")
         .replace("l2 = 0.25", "l2 = 250.0");
     assert!(with(in_mm).contains("are lengths in mm?"));
-}
-
-#[test]
-fn corrections_are_in_json_and_a_read_only_folder_still_gives_a_verdict() {
-    let desk = desk_with_session();
-    let object = desk
-        .run("stiffness session --budgets --json")
-        .exits_with(2)
-        .json();
-    let help = object["error"]["help"].as_str().unwrap();
-    assert!(help.contains("--budget"), "{help}");
-    assert!(object["warnings"].is_array());
-    // A file where the folder should be cannot be written into, whoever runs this.
-    desk.write("session/diagnosis", "in the way");
-    let ran = desk.run("diagnose session").succeeds();
-    assert!(
-        ran.stdout.contains("No missing physics was detected"),
-        "{}",
-        ran.stdout
-    );
-    assert!(
-        ran.stderr.contains("--out FOLDER puts them elsewhere"),
-        "{}",
-        ran.stderr
-    );
-}
-
-#[test]
-fn a_toml_file_is_not_taken_for_readings() {
-    let desk = desk_with_session();
-    let error = desk.refusal(
-        "stiffness session/session.toml",
-        2,
-        "stiffbench::usage::argument",
-    );
-    assert_output_contains(&error, &["session.toml: this is a TOML file"]);
-}
-
-#[test]
-fn counts_beyond_any_use_are_refused_and_fill_no_memory() {
-    let desk = desk();
-    for command in [
-        "robot workspace --samples",
-        "plot workspace --samples",
-        "map --samples",
-        "fit session --bootstrap",
-        "simulate s --load-cases",
-    ] {
-        let ran = desk.run(&format!("{command} 1000000000000000000"));
-        let text = ran.exits_with(2).stderr;
-        assert!(text.contains("is not in"), "{command}: {text}");
-    }
-    desk.write(
-        "slow.toml",
-        "schema = \"stiffbench/procedure/1\"\n[settle]\ndwell_s = 1e30\n",
-    );
-    let error = desk.refusal(
-        "session plan --procedure slow.toml",
-        10,
-        "stiffbench::procedure::too_late",
-    );
-    assert_output_contains(&error, &["settle.dwell", "a week"]);
 }

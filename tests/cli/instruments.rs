@@ -16,21 +16,6 @@ fn decoded(desk: &Desk, arguments: &str, bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn the_list_names_status_channel_and_where_there_is_no_port() {
-    let data = desk().data("instrument list");
-    let instruments = data["instruments"].as_array().unwrap();
-    assert_eq!(instruments.len(), 17);
-    let of = |name: &str| instruments.iter().find(|one| one["name"] == name).unwrap();
-    assert_eq!(of("mark10-series5")["status"], "documented");
-    assert_eq!(of("mark10-series5")["channel"], "force");
-    assert_eq!(of("imada-ds2")["status"], "implemented");
-    assert_eq!(of("imada-zts")["experimental"], true);
-    assert_eq!(of("mitutoyo-01a")["channel"], "displacement");
-    let note = of("mitutoyo-01a")["no_tty"]["linux"].as_str().unwrap();
-    assert!(note.contains("USB-ITN"), "{note}");
-}
-
-#[test]
 fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
     let desk = desk();
     let data = decoded(
@@ -57,47 +42,6 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
             .unwrap()
             .contains("peak mode")
     );
-}
-
-#[test]
-fn a_missing_name_unit_or_permission_is_reported() {
-    let desk = desk();
-    let error = desk.refusal(
-        "instrument show mark10-series",
-        2,
-        "stiffbench::instrument::name",
-    );
-    assert_output_contains(&error, &["did you mean mark10-series5?"]);
-    let error = desk.refusal(
-        "instrument decode mitutoyo-01a",
-        2,
-        "stiffbench::instrument::unit_needed",
-    );
-    assert_output_contains(&error, &["mm, in"]);
-    let error = desk.refusal(
-        "instrument decode sauter-fh --unit mm",
-        2,
-        "stiffbench::instrument::unit_unknown",
-    );
-    assert_output_contains(&error, &["kgf"]);
-    let shown = desk
-        .run("instrument show generic-ascii --toml")
-        .succeeds()
-        .stdout;
-    let recalled = shown.replace("status = \"implemented\"", "status = \"recalled\"");
-    desk.write("recalled.toml", &recalled);
-    let error = desk.refusal(
-        "instrument decode recalled.toml --unit N",
-        2,
-        "stiffbench::instrument::unverified",
-    );
-    assert_output_contains(&error, &["--allow-unverified"]);
-    let data = decoded(
-        &desk,
-        "recalled.toml --unit N --allow-unverified",
-        b"1.5 N\n",
-    );
-    assert_eq!(data["samples"][0]["value"], 1.5);
 }
 
 #[test]

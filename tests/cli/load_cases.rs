@@ -284,40 +284,6 @@ fn play_that_a_diagnosis_finds_is_held_in_the_next_fit_and_stated_by_the_report(
 }
 
 #[test]
-fn what_is_open_is_named_with_the_load_that_would_determine_it() {
-    let desk = fanuc();
-    let head = "pose,joint_J1_deg,joint_J2_deg,joint_J3_deg,force_z_N,displacement_x_um,displacement_z_um\n";
-    let rows = "a,0,0,0,500,100,900\nb,30,20,-10,500,90,700\nc,-40,-30,20,500,120,950\nd,70,40,10,500,80,800\n";
-    desk.write("lifted.csv", &format!("{head}{rows}"));
-    let data =
-        desk.data("fit lifted.csv --robot fanuc.toml --free joint.J1,joint.J2 --next next.csv");
-    let parameters = data["parameters"].as_array().unwrap();
-    let first = parameters
-        .iter()
-        .find(|one| one["name"] == "joint.J1")
-        .unwrap();
-    assert_eq!(first["status"], "not_identified");
-    assert!(first["words"].as_str().unwrap().contains("no load"));
-    let next = &data["next"][0];
-    assert_ne!(next["direction"], "z");
-    let error = next["errors"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|one| one["name"] == "joint.J1")
-        .unwrap();
-    assert!(error["now"].is_null(), "{error}");
-    assert!(error["then"].as_f64().unwrap() > 0.0);
-    let table = desk.read("next.csv");
-    assert_eq!(table.lines().count(), 4);
-    desk.refusal(
-        "fit next.csv --robot fanuc.toml",
-        11,
-        "stiffbench::load_cases::nothing_read",
-    );
-}
-
-#[test]
 fn tables_of_one_robot_are_diagnosed_together() {
     let desk = fanuc();
     let table = text("data/load-cases/fanuc-r2000ic/readings.csv");

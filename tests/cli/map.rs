@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use super::{Desk, assert_output_contains, desk, desk_with_session, unwrapped};
+use super::{Desk, assert_output_contains, desk, unwrapped};
 
 /// Every file of a folder with its bytes, by name.
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
@@ -60,29 +60,6 @@ fn all_mechanisms_beside_the_paper() {
         .map(|i| x["regions"][i]["share_of_area"].as_f64().unwrap())
         .sum();
     assert!((shares - 1.0).abs() < 1e-12);
-}
-
-#[test]
-fn one_mechanism_in_directions_of_ones_own() {
-    let desk = desk();
-    let data = desk.data("map --mechanisms F --samples 60 --sampling grid --directions x,y --directions 0,1,1 --directions -1,0,0");
-    let columns = data["mechanisms"][0]["stiffness"].as_array().unwrap();
-    let names: Vec<&str> = columns
-        .iter()
-        .map(|column| column["along"].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        names,
-        ["x", "y", "0,1,1", "-1,0,0", "weakest", "middle", "stiffest"]
-    );
-    // The other way along a line is the same stiffness.
-    assert_eq!(columns[0]["mean"]["value"], columns[3]["mean"]["value"]);
-    assert!(
-        columns[0]["mean"]["reason"].is_string(),
-        "a grid has no sampling uncertainty"
-    );
-    let robot = desk.data("map --robot serial-arm --samples 50");
-    assert!(robot["paper"].as_array().unwrap().is_empty());
 }
 
 #[test]
@@ -203,17 +180,6 @@ fn another_plane_with_rotation_and_matrix() {
     );
 }
 
-/// The default plane named by its axes is the default.
-#[test]
-fn reach_and_height_may_be_named() {
-    let desk = desk();
-    let plain = desk.run("map --robot serial-arm --samples 50").succeeds();
-    let named = desk
-        .run("map --robot serial-arm --samples 50 --plane r,y")
-        .succeeds();
-    assert_eq!(plain.stdout, named.stdout);
-}
-
 #[test]
 fn shards_that_do_not_fit_are_refused() {
     let desk = desk();
@@ -284,129 +250,6 @@ fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
     desk.run("map merge s/1-of-2.map-shard s/2-of-2.map-shard --out joined")
         .succeeds();
     assert!(files(&desk, "joined") == files(&desk, "whole"));
-}
-
-#[test]
-fn found_physics_and_fits_go_into_the_map() {
-    let desk = desk_with_session();
-    let plain = desk.data("map --mechanisms F --samples 50");
-    let effect = "--effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m";
-    let error = desk.refusal(
-        &format!("map --mechanisms F --samples 50 {effect}"),
-        10,
-        "stiffbench::distribution::no_load",
-    );
-    assert_output_contains(&error, &["joint-backlash", "--at-load"]);
-    let loose = desk.data(&format!(
-        "map --mechanisms F --samples 50 {effect} --at-load 50"
-    ));
-    assert_eq!(loose["at_load_N"], 50.0);
-    assert!(
-        loose["mechanisms"][0]["method"][0]
-            .as_str()
-            .unwrap()
-            .contains("secant")
-    );
-    let mean = |data: &serde_json::Value| {
-        data["mechanisms"][0]["stiffness"][1]["mean"]["value"]
-            .as_f64()
-            .unwrap()
-    };
-    assert!(mean(&loose) < mean(&plain));
-    let error = desk.refusal(
-        &format!("map --mechanisms F --samples 50 {effect} --at-load 50 --directions 0,1,1"),
-        10,
-        "stiffbench::distribution::axes_only",
-    );
-    assert_output_contains(&error, &["0,1,1"]);
-    // A joint that only some mechanisms have.
-    let some = desk
-        .run("map --samples 20 --mechanisms A,F --effect joint-compliance@A4B:c=1urad/(N*m) --json")
-        .succeeds()
-        .json();
-    assert!(
-        some["warnings"].to_string().contains("not in mechanism A"),
-        "{}",
-        some["warnings"]
-    );
-    assert_eq!(
-        some["data"]["mechanisms"][0]["physics"]
-            .as_array()
-            .unwrap()
-            .len(),
-        0
-    );
-    assert_eq!(
-        some["data"]["mechanisms"][1]["physics"]
-            .as_array()
-            .unwrap()
-            .len(),
-        1
-    );
-    desk.refusal(
-        "map --samples 20 --mechanisms A --effect joint-compliance@A4B:c=1urad/(N*m)",
-        10,
-        "stiffbench::physics::unknown_place",
-    );
-
-    let fit = desk.run("fit session --fix beam.J --json").succeeds();
-    desk.write("fit.json", &fit.stdout);
-    let found = desk.data("map --mechanisms F --samples 50 --fit fit.json");
-    let uncertain = &found["mechanisms"][0]["stiffness"][0]["fit_uncertainty"]["mean"];
-    let [value, u, k] = ["value", "u", "k"].map(|key| uncertain[key].as_f64().unwrap());
-    assert!(u > 0.0 && u < value && k >= 1.95, "{uncertain}");
-    // Of the principal stiffnesses too.
-    let uncertain = &found["mechanisms"][0]["stiffness"][3]["fit_uncertainty"]["mean"];
-    assert!(uncertain["u"].as_f64().unwrap() > 0.0, "{uncertain}");
-    desk.write("no.json", "{}");
-    desk.refusal(
-        "map --fit no.json --samples 9",
-        2,
-        "stiffbench::usage::argument",
-    );
-    desk.refusal(
-        "map --fit none.json --samples 9",
-        11,
-        "stiffbench::input::read",
-    );
-}
-
-#[test]
-fn requests_that_cannot_be_met_are_refused() {
-    let desk = desk();
-    for arguments in [
-        "map --samples 0",
-        "map --samples many",
-        "map --shard 0/4 --out s",
-        "map --shard 5/4 --out s",
-        "map --shard half --out s",
-        "map --shard 1/2",
-        "map --directions 0,0,0",
-        "map --directions w",
-        "map --directions 1,2",
-        "map --sampling evenly",
-        "map --at-load 0",
-        "map --plane x",
-        "map --plane x,x",
-        "map --plane x,y,z",
-        "map --plane x,w",
-        "map --matrix=inertia",
-        "map --cell least",
-        "map --cell most --out s",
-        "map --factors unit --fit fit.json",
-        "map merge",
-    ] {
-        let ran = desk.run(arguments).exits_with(2);
-        assert!(ran.stderr.contains("error:"), "{arguments}: {}", ran.stderr);
-    }
-    let code = "stiffbench::robot::unknown_name";
-    assert_output_contains(
-        &desk.refusal("map --mechanisms G", 10, code),
-        &["A, B, C, D, E, F"],
-    );
-    assert_output_contains(&desk.refusal("map --vary theta7", 10, code), &["theta"]);
-    desk.refusal("map --mechanisms A,A", 2, "stiffbench::usage::argument");
-    desk.refusal("map --robot none.toml", 2, "stiffbench::usage::argument");
 }
 
 #[test]

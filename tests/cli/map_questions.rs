@@ -3,42 +3,6 @@
 use super::{assert_output_contains, desk};
 
 #[test]
-fn figures_of_each_mechanism_of_all_and_of_a_difference() {
-    let desk = desk();
-    let study = "map --mechanisms A,F --samples 600 --directions y --no-principal --out out";
-    let ran = desk
-        .run(&format!("{study} --with-figures --difference A,F"))
-        .succeeds();
-    for name in ["y-A", "y-F", "y-all", "y-F-against-A"] {
-        for ending in ["svg", "png"] {
-            let file = format!("out/figures/stiffness-{name}.{ending}");
-            assert!(desk.path(&file).is_file(), "{file}");
-            assert!(ran.stderr.contains(&file), "{}", ran.stderr);
-        }
-    }
-    let svg = desk.read("out/figures/stiffness-y-F.svg");
-    for words in [
-        "stiffness along y (N/mm)",
-        "z, radial (m)",
-        "P1",
-        "600 random poses",
-        "m_fsd",
-    ] {
-        assert!(svg.contains(words), "{words}");
-    }
-    // Without being asked for there are none.
-    desk.run(&study.replace("--out out", "--out plain"))
-        .succeeds();
-    assert!(!desk.path("plain/figures").exists());
-    let error = desk.refusal(
-        &format!("{study} --difference A,B"),
-        2,
-        "stiffbench::usage::argument",
-    );
-    assert_output_contains(&error, &["A, F"]);
-}
-
-#[test]
 fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     let desk = desk();
     let arguments = "map --mechanisms F --samples 300 --load 0,-50,0 --limit 0.5";
@@ -100,39 +64,4 @@ fn sag_needs_masses_and_their_absence_is_explained() {
         text.contains("mechanism levelled: 41.0") && text.contains("own weight"),
         "{text}"
     );
-}
-
-#[test]
-fn what_the_stiffness_depends_on() {
-    let desk = desk();
-    let study = "map --samples 200 --directions y --no-principal";
-    let data = desk.data(&format!("{study} --sensitivity"));
-    let found = &data["design"]["sensitivities"][0];
-    assert_eq!(
-        (&found["mechanism"], &found["direction"]),
-        (&"F".into(), &"y".into())
-    );
-    let map = desk.data(&format!("{study} --mechanisms F"));
-    let least = &map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"];
-    assert_eq!(&found["smallest"]["value"], least);
-}
-
-#[test]
-fn questions_that_cannot_be_asked() {
-    let desk = desk();
-    for arguments in [
-        "map --load 1,2",
-        "map --load 0,0,0",
-        "map --load 0,1,many",
-        "map --load 0,-1,0 --limit 0",
-        "map --limit 1",
-        "map --lift min:y:20%",
-        "map --with-figures",
-        "map --difference A,F",
-        "map --out o --difference A,A",
-        "map --sag --shard 1/2 --out s",
-    ] {
-        let ran = desk.run(arguments).exits_with(2);
-        assert!(ran.stderr.contains("error:"), "{arguments}: {}", ran.stderr);
-    }
 }

@@ -34,7 +34,6 @@ mod packaging;
 #[cfg(unix)]
 mod permissions;
 mod physics;
-mod pipes;
 mod positions;
 mod predict;
 mod random_robots;
@@ -43,11 +42,9 @@ mod report_forgeries;
 mod results;
 mod robots;
 mod session;
-mod session_ids;
 #[cfg(unix)]
 mod session_log;
 mod session_raw_bytes;
-mod session_replay;
 mod session_skips;
 mod session_state;
 mod session_undo;

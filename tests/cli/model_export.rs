@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
-use super::{assert_output_contains, desk};
+use super::desk;
 use stiffbench_test_files::text;
 
 /// Elements of a name with an attribute of this value.
@@ -285,54 +285,6 @@ fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
             assert!(marked > 0 || robot != "hp-robot", "{line}");
         }
     }
-}
-
-#[test]
-fn what_a_format_cannot_hold_is_said_and_stands_in_the_file() {
-    let desk = desk();
-    desk.write(
-        "robot.toml",
-        text("fixtures/cases/random-robots/robot-11.toml"),
-    );
-    for (form, words) in [
-        (
-            "mjcf",
-            "joint.J3: tied to joint.J1; an independent value here",
-        ),
-        (
-            "urdf",
-            "joints that several variables move, or one in a ratio: J4 (J1, J4); each is a joint of its own here, without limits",
-        ),
-        (
-            "sdf",
-            "joints that several variables move, or one in a ratio: J4 (J1, J4); each is a joint of its own here, without limits",
-        ),
-    ] {
-        let line = format!("model export --format {form} --robot robot.toml --pose P1");
-        let run = desk.run(&line).succeeds();
-        assert!(run.stdout.contains(words), "{}", run.stdout);
-        assert!(run.stderr.contains(words), "{}", run.stderr);
-    }
-}
-
-#[test]
-fn what_cannot_be_exported_is_refused_with_the_remedy() {
-    let desk = desk();
-    let error = desk.refusal(
-        "model export --format mjcf --pose P9",
-        10,
-        "stiffbench::robot::unknown_name",
-    );
-    assert_output_contains(&error, &["P9", "P1"]);
-    desk.write("fit.json", "{}");
-    let error = desk.refusal(
-        "model export --format csv --fit fit.json",
-        2,
-        "stiffbench::usage::argument",
-    );
-    assert_output_contains(&error, &["--fit fit.json", "stiffbench fit DATA --json"]);
-    let error = desk.refusal("model export", 2, "stiffbench::usage");
-    assert_output_contains(&error, &["--format"]);
 }
 
 /// What MuJoCo found, and for which files: `tests/mujoco/check.py --write`.

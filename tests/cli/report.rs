@@ -149,27 +149,6 @@ fn a_changed_number_is_named_with_its_line_and_what_it_was() {
 }
 
 #[test]
-fn a_report_is_held_against_its_session() {
-    let desk = desk_with_report("");
-    let run = desk.run("report verify session/report.html session --json");
-    let data = run.succeeds().json()["data"].clone();
-    assert_eq!(
-        (&data["from_session"], &data["byte_by_byte"]),
-        (&Value::Bool(true), &Value::Bool(true))
-    );
-    desk.run("simulate other --poses P1,P3 --seed 5").succeeds();
-    let run = desk
-        .run("report verify session/report.html other")
-        .exits_with(30);
-    assert!(run.stdout.contains("NOT VERIFIED"), "{}", run.stdout);
-    assert!(
-        run.stdout.contains("/headline/stiffness/0"),
-        "{}",
-        run.stdout
-    );
-}
-
-#[test]
 fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
     let desk = desk_with_report("--out bare.html");
     let run = desk
@@ -195,26 +174,6 @@ fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
         page.contains("Hall 3") && page.contains("2026-11-18") && page.contains("not applicable")
     );
     assert!(!page.contains(">missing</span>"));
-}
-
-#[test]
-fn the_template_of_details_can_be_used_and_wrong_details_are_placed() {
-    let desk = desk_with_report("");
-    let template = desk.run("report --details-template").succeeds().stdout;
-    desk.write("report.toml", &template);
-    desk.run("report session --no-diagnosis --details report.toml --out full.html")
-        .succeeds();
-    desk.write("wrong.toml", "[laboratory]\nadress = \"Lab\"\n");
-    let command = "report session --no-diagnosis --details wrong.toml --out no.html";
-    let error = desk.refusal(command, 10, "stiffbench::report::details");
-    assert_output_contains(&error, &["wrong.toml:2:1", "adress", "`address` meant"]);
-    desk.write(
-        "wrong.toml",
-        "[[requirement]]\npose = \"P1\"\ndirection = \"x\"\n",
-    );
-    let error = desk.refusal(command, 10, "stiffbench::report::details");
-    assert_output_contains(&error, &["at_least_N_per_um"]);
-    assert!(!desk.path("no.html").exists());
 }
 
 #[test]
@@ -248,26 +207,6 @@ fn pass_and_fail_follow_the_decision_rule() {
     assert_eq!(decided("", value, "f.html"), Value::Null);
     assert!(desk.read("f.html").contains("no statement of conformity"));
     assert!(desk.read("b.html").contains("conditional pass"));
-}
-
-#[test]
-fn what_a_reader_must_not_overlook_stands_across_the_page() {
-    let desk = desk_with_report("");
-    assert!(
-        desk.read("session/report.html")
-            .contains("<span>SIMULATED</span>")
-    );
-    desk.write("bare.csv", &five_columns(&["P1", "P3"], 3));
-    desk.run("report bare.csv --robot hp-robot --no-diagnosis")
-        .succeeds();
-    assert!(
-        desk.read("bare-report.html")
-            .contains("<span>NOT PROTECTED</span>")
-    );
-    // Without a robot there is stiffness, and the page states what is not in it.
-    let run = desk.run("report bare.csv --out alone.html").succeeds();
-    assert!(run.stdout.contains("no robot is named"), "{}", run.stdout);
-    desk.run("report verify alone.html bare.csv").succeeds();
 }
 
 #[cfg(unix)]
@@ -363,19 +302,6 @@ fn a_bar_in_the_name_of_a_pose_shifts_no_column_in_any_form() {
     assert_eq!(desk.read("page.typ").matches("\"P|1\", \"x\", ").count(), 2);
 }
 
-/// What K and U are stands in every form.
-#[test]
-fn every_form_defines_its_symbols() {
-    let desk = desk_with_report("");
-    for out in ["page.md", "page.typ", "page.html"] {
-        desk.run(&format!("report session --no-diagnosis --out {out}"))
-            .succeeds();
-        let page = desk.read(out);
-        assert!(page.contains("K is the stiffness of the end"), "{out}");
-        assert!(page.contains("the sequence of loads 5 times"), "{out}");
-    }
-}
-
 #[test]
 fn a_replacement_names_the_report_and_the_reason() {
     let desk = desk_with_report("--out first.html");
@@ -405,72 +331,6 @@ fn the_day_of_issue_is_never_that_of_the_clock() {
         .env("SOURCE_DATE_EPOCH", "yesterday")
         .assert()
         .code(2);
-}
-
-#[test]
-fn nothing_is_written_over() {
-    let desk = desk_with_report("");
-    let before = desk.read("session/report.html");
-    let error = desk.refusal(
-        "report session --no-diagnosis",
-        13,
-        "stiffbench::output::exists",
-    );
-    assert_output_contains(&error, &["--out"]);
-    assert_eq!(before, desk.read("session/report.html"));
-}
-
-#[test]
-fn a_template_of_your_own_is_used_and_its_errors_have_lines() {
-    let desk = desk_with_report("");
-    let usual = desk.run("report --print-template").succeeds().stdout;
-    desk.write(
-        "own.html",
-        &usual.replace("<h1>{{ title }}</h1>", "<h1>Ours: {{ title }}</h1>"),
-    );
-    desk.run("report session --no-diagnosis --template own.html --out own-report.html")
-        .succeeds();
-    assert!(desk.read("own-report.html").contains("<h1>Ours: "));
-    desk.run("report verify own-report.html session --template own.html")
-        .succeeds();
-    desk.refusal(
-        "report verify own-report.html",
-        11,
-        "stiffbench::report::other_template",
-    );
-    desk.write("own.html", "one\ntwo {{ nothing.such }}\n");
-    let command = "report session --no-diagnosis --template own.html --out no.html";
-    let error = desk.refusal(command, 10, "stiffbench::report::template");
-    assert_output_contains(&error, &["own.html:2"]);
-    desk.write("own.html", "<p>{{ title }}</p>\n");
-    desk.refusal(command, 10, "stiffbench::report::template_lacks");
-    assert!(!desk.path("no.html").exists());
-}
-
-#[test]
-fn what_is_no_report_is_refused() {
-    let desk = desk_with_report("");
-    desk.write("page.html", "<html></html>\n");
-    desk.refusal(
-        "report verify page.html",
-        11,
-        "stiffbench::report::not_a_report",
-    );
-    desk.refusal("report verify nothing.html", 11, "stiffbench::input::read");
-    desk.refusal("report nothing", 11, "stiffbench::input::not_found");
-}
-
-#[test]
-fn markdown_has_the_tables_and_figures_beside_it() {
-    let desk = desk_with_report("--format markdown --figures figures");
-    let text = desk.read("session/report.md");
-    assert!(text.contains("| pose | direction | runs | K, N/µm |"));
-    assert!(text.contains("| P1 | x |"));
-    assert!(!text.contains('<') && !text.contains("{{"), "{text}");
-    assert!(
-        desk.read("figures/load-displacement.svg")
-            .starts_with("<svg xmlns=")
-    );
 }
 
 #[test]
@@ -522,78 +382,6 @@ fn a_locale_without_utf_8_gets_ascii() {
     let plain = stated("C", "b.html");
     assert!(plain.contains(" +- ") && plain.is_ascii(), "{plain}");
     assert!(desk.read("b.html").contains(" ± "));
-}
-
-#[test]
-fn the_name_of_the_file_says_which_form_it_has() {
-    let desk = desk_with_session();
-    desk.run("report session --no-diagnosis --out short.md")
-        .succeeds();
-    assert!(
-        desk.read("short.md")
-            .contains("| pose | direction | runs |")
-    );
-    // No page under the name of another format.
-    desk.refusal(
-        "report session --out report.pdf",
-        2,
-        "stiffbench::usage::argument",
-    );
-    assert!(!desk.path("report.pdf").exists());
-}
-
-#[test]
-fn two_sessions_are_compared_in_a_report() {
-    let desk = desk();
-    desk.run("simulate one --poses P1 --seed 4").succeeds();
-    desk.run("simulate two --poses P1 --seed 5").succeeds();
-    desk.run("compare one two --report difference.html")
-        .succeeds();
-    let page = desk.read("difference.html");
-    assert!(page.contains("The sessions agree.") && page.contains("<h2>Comparison</h2>"));
-    desk.run("report verify difference.html one two").succeeds();
-    desk.refusal(
-        "compare one two --issued 2026-11-25",
-        2,
-        "stiffbench::usage::argument",
-    );
-    desk.run("report verify difference.html two one")
-        .exits_with(30);
-    desk.refusal(
-        "report verify difference.html one",
-        2,
-        "stiffbench::usage::argument",
-    );
-}
-
-#[test]
-fn marked_up_names_do_no_harm() {
-    let desk = desk_with_report("");
-    desk.write(
-        "details.toml",
-        "title = \"</script><b>x\"\n[laboratory]\nname = \"<i>Lab & Co\"\n",
-    );
-    desk.run("report session --no-diagnosis --details details.toml --out odd.html")
-        .succeeds();
-    let page = desk.read("odd.html");
-    assert!(!page.contains("<i>Lab") && !page.contains("</script><b>"));
-    desk.run("report verify odd.html session").succeeds();
-}
-
-#[test]
-fn dark_paper_and_print_have_styles() {
-    let page = desk_with_report("").read("session/report.html");
-    for style in [
-        "prefers-color-scheme: dark",
-        "@media print",
-        "size: A4",
-        "counter(pages)",
-        "max-width: 40rem",
-    ] {
-        assert!(page.contains(style), "{style}");
-    }
-    assert!(page.contains("End of report SB-"));
-    assert!(!page.contains("<script>") && !page.contains(" onload="));
 }
 
 /// Relative luminance of a colour `#rrggbb` (WCAG 2.2).
@@ -827,20 +615,4 @@ fn what_states_nothing_is_refused() {
     let empty = Ran::of(command.args(["--amends", "", "--reason", ""]));
     assert_eq!(empty.code, 2, "{}", empty.stderr);
     assert!(!desk.path("new.html").exists());
-}
-
-#[test]
-fn later_limits_of_a_cell_replace_earlier_ones() {
-    let desk = desk_with_report("");
-    let limits = |least: &str| {
-        format!(
-            "schema = \"stiffbench/report-details/1\"\ndecision_rule = \"simple-acceptance\"\n[[requirement]]\npose = \"P1\"\ndirection = \"x\"\nat_least_N_per_um = {least}\n"
-        )
-    };
-    desk.write("a.toml", &limits("1000.0"));
-    desk.write("b.toml", &limits("0.0001"));
-    let data =
-        desk.data("report session --no-diagnosis --details a.toml --details b.toml --out new.html");
-    let rows = data["conformity"]["requirements"].as_array().unwrap();
-    assert_eq!(rows.len(), 1, "{rows:?}");
 }

@@ -321,25 +321,6 @@ fn columns_of_a_table_of_load_cases_are_printed_and_read() {
 }
 
 #[test]
-fn every_pose_is_drawn() {
-    let desk = desk();
-    let ran = desk.run("robot check serial-arm --out drawings").succeeds();
-    assert!(
-        ran.stderr.contains("wrote drawings/") && ran.stderr.contains(" drawings/pose-P1.svg"),
-        "{}",
-        ran.stderr
-    );
-    let svg = desk.read("drawings/pose-P1.svg");
-    for words in ["from the side", "from above", "joint that turns", "end N8"] {
-        assert!(svg.contains(words), "{words}");
-    }
-    assert!(
-        !ran.stdout.contains("per character"),
-        "a sketch is for a terminal only"
-    );
-}
-
-#[test]
 fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     let desk = desk();
     desk.run("simulate arm --robot franka-panda --seed 3")
@@ -377,17 +358,4 @@ fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     let words: Vec<&str> = ran.stdout.split_whitespace().collect();
     let none = "the mechanism has no joint that these loads act on";
     assert!(!words.join(" ").contains(none), "{}", ran.stdout);
-}
-
-#[test]
-fn a_misfit_of_stiffness_is_no_curve_no_trend_and_no_loop() {
-    let desk = desk();
-    desk.run(
-        "simulate soft --seed 21 --poses P1 --repeats 3 --effect joint-compliance@A3:c=3urad/(N*m)",
-    )
-    .succeeds();
-    let diagnosis = desk.data("diagnose soft --no-figures --out d");
-    let strata = diagnosis["where"].as_array().unwrap().iter();
-    let strata: Vec<&str> = strata.map(|one| one["stratum"].as_str().unwrap()).collect();
-    assert_eq!(strata, ["cell-slope"]);
 }

@@ -112,35 +112,6 @@ fn a_bad_reading_and_a_slip_stay_in_their_session() {
 }
 
 #[test]
-fn sessions_that_cannot_go_together_are_refused() {
-    let desk = desk();
-    desk.run("simulate first --mechanism A --poses P1 --seed 1")
-        .succeeds();
-    desk.run("simulate again --mechanism A --poses P1 --seed 1")
-        .succeeds();
-    desk.run("simulate arm --robot serial-arm --seed 2")
-        .succeeds();
-    desk.run("simulate closed --mechanism C --poses P1 --seed 3")
-        .succeeds();
-    for (arguments, words) in [
-        ("first first", ["first", "same readings"]),
-        ("first again", ["again", "same readings as first"]),
-        ("first arm", ["arm", "first"]),
-        ("first closed", ["closed", "mechanism"]),
-    ] {
-        let code = "stiffbench::usage::argument";
-        let error = desk.refusal(&format!("diagnose {arguments}"), 2, code);
-        let message = error["message"].as_str().unwrap();
-        assert!(words.iter().all(|word| message.contains(word)), "{error}");
-        assert!(error["help"].is_string(), "{error}");
-    }
-    desk.refusal("diagnose first none", 11, "stiffbench::input::not_found");
-    let error =
-        desk.run("diagnose first closed --mechanism A --earlier arm --robot hp-robot --json");
-    assert!(!error.exits_with(2).json()["error"]["message"].is_null());
-}
-
-#[test]
 fn a_fit_of_several_sessions_determines_more_than_each() {
     let desk = desk();
     desk.run("simulate one --mechanism A --poses P1,P2 --seed 1")

@@ -85,9 +85,10 @@ mod tests {
     fn a_table_is_markdown() {
         let mut table = Table::new(&["pose", "K"]);
         table.row(["P|1".to_owned(), "0.5".to_owned()]);
-        assert_eq!(
-            table.text(),
-            "| pose |   K |\n|------|-----|\n| P\\|1 | 0.5 |\n"
-        );
+        insta::assert_snapshot!(table.text(), @r"
+        | pose |   K |
+        |------|-----|
+        | P\|1 | 0.5 |
+        ");
     }
 }

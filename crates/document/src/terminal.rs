@@ -99,6 +99,8 @@ fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use insta::assert_snapshot;
+
     use super::*;
     use crate::Table;
 
@@ -112,18 +114,27 @@ mod tests {
         table.row(["1".to_owned(), "2".to_owned()]);
         document.table(table);
         document.paragraph("A note.");
-        assert_eq!(
-            document.text(),
-            "WHAT IS MISSING\nOne of these.\n- first\n- second\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\nA note.\n"
-        );
+        assert_snapshot!(document.text(), @r"
+        WHAT IS MISSING
+        One of these.
+        - first
+        - second
+
+        | a | b |
+        |---|---|
+        | 1 | 2 |
+
+        A note.
+        ");
     }
 
     #[test]
     fn long_sentences_are_broken_and_indented() {
-        let broken = wrapped(&"word ".repeat(30), WIDTH, "- ", "  ");
-        let lines: Vec<&str> = broken.lines().collect();
-        assert_eq!(lines.len(), 2);
-        assert!(lines[0].starts_with("- word") && lines[1].starts_with("  word"));
-        assert!(lines.iter().all(|line| line.len() <= WIDTH));
+        let broken = wrapped("no line has more than so many characters", 20, "- ", "  ");
+        assert_snapshot!(broken, @r"
+        - no line has more
+          than so many
+          characters
+        ");
     }
 }

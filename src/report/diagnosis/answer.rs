@@ -160,6 +160,8 @@ pub(super) fn phrase_of(finding: &Finding) -> String {
 
 #[cfg(test)]
 mod tests {
+    use insta::assert_snapshot;
+
     use super::*;
     use crate::mismatch::{MisfitShares, VerdictGrade};
     use crate::physics::{Effect, Law, Place, laws};
@@ -194,10 +196,7 @@ mod tests {
     fn many_places_of_one_law_stand_in_the_headline() {
         let joints = ["A3", "A4", "A5B", "B1", "B2a", "B2b", "B3"];
         let findings = joints.map(|joint| finding(laws::JOINT_FRICTION, joint));
-        assert_eq!(
-            question(&findings),
-            "friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not decide which"
-        );
+        assert_snapshot!(question(&findings), @"friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not decide which");
     }
 
     #[test]
@@ -211,9 +210,6 @@ mod tests {
             .iter()
             .flat_map(|joint| laws.map(|law| finding(law, joint)))
             .collect();
-        assert_eq!(
-            question(&findings),
-            "one of 9 effects (listed below) that these readings do not distinguish; a compliant joint B1 explains them as well as any other"
-        );
+        assert_snapshot!(question(&findings), @"one of 9 effects (listed below) that these readings do not distinguish; a compliant joint B1 explains them as well as any other");
     }
 }

@@ -465,3 +465,68 @@ fn carried(what: &str, best: &ExplainedShare) -> String {
         best.component
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use insta::assert_snapshot;
+
+    use super::*;
+    use crate::analysis::diagnose_part;
+    use crate::mismatch::SearchOptions;
+    use crate::specimen::{ResponseVariable, SpecimenOptions, read_specimen};
+
+    /// What is found in a table of a part.
+    fn diagnosed(file: &str, options: &SpecimenOptions) -> DiagnosisReport {
+        let table = stiffbench_test_files::text(file);
+        let table = read_specimen("table.csv", table.as_bytes(), options).unwrap();
+        let search = SearchOptions::default();
+        diagnose_part("table.csv", &table, &search, &|| ())
+            .unwrap()
+            .0
+    }
+
+    /// The true friction of the two sliders is 1.9 and 1.5 kN, the spring beside them 0.6 kN/mm.
+    #[test]
+    fn what_is_found_stands_in_the_headline_and_beside_what_it_changes() {
+        let options = SpecimenOptions {
+            force_column: Some("force_kN".to_owned()),
+            displacement_column: "disp_mm".to_owned(),
+            response: ResponseVariable::Force,
+            ..SpecimenOptions::default()
+        };
+        let report = diagnosed("fixtures/cases/two-sliders/two_sliders.csv", &options);
+        assert_snapshot!(headline(&report), @"The straight line leaves out friction in the part (1.90 kN, up to 1.90 kN) and friction in the part (1.50 kN, up to 1.50 kN).");
+        assert_snapshot!(factors(&report).text(), @r"
+        HOW THE FITTED SLOPES CHANGE
+        Without the effect, the fitted slopes partly absorbed it. The table shows the slopes without it and
+        with it.
+
+        | slope                    | without |   with |  change |    95 % interval | determined |
+        |--------------------------|---------|--------|---------|------------------|------------|
+        | slope of specimen, kN/mm |   1.791 | 0.6020 | -66.4 % | 0.5933 to 0.6065 |        yes |
+        ");
+    }
+
+    #[test]
+    fn where_readings_do_not_decide_the_page_asks_for_those_that_would() {
+        let one = || Some("1".to_owned());
+        let options = SpecimenOptions {
+            force_column: Some("load".to_owned()),
+            displacement_column: "deflection".to_owned(),
+            force_unit: one(),
+            displacement_unit: one(),
+            run_column: vec!["run".to_owned()],
+            order_column: Some("order".to_owned()),
+            ..SpecimenOptions::default()
+        };
+        let report = diagnosed("fixtures/goldens/inputs/softening.csv", &options);
+        assert_snapshot!(headline(&report), @"The straight line leaves out a nonlinear force gauge, a part that grows stiffer under load or a part whose response grows more slowly than its load; these readings do not decide which.");
+        assert_snapshot!(next(&report, ProposedProcedures::Unwritten).text(), @r"
+        WHAT TO MEASURE NEXT
+        - The same part, the same plan again. About 45 minutes by hand; this should distinguish
+          joint-nonlinearity at the part from odd-polynomial at the part (expected log likelihood ratio
+          20.1) and force-gauge-nonlinearity at the force gauge from odd-polynomial at the part (expected
+          log likelihood ratio 22.3).
+        ");
+    }
+}
