@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use stiffbench_document::Document;
+
 use crate::analysis::{AnalysisError, ArgumentError, Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
@@ -111,12 +113,10 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     }
     let differs = comparison.agreement == StiffnessAgreement::Differs;
     let report = ComparisonReport::new(&comparison, robots.is_some());
-    let mut text = report.document(&a.name, &b.name).text();
-    if let Some(words) = robots {
-        text = format!("{words}\n\n{text}");
-        warnings.insert(0, words);
-    }
-    Ok(Outcome::new("compare", text, report)
+    let mut document = robots.as_ref().map(Document::of).unwrap_or_default();
+    document.append(report.document(&a.name, &b.name));
+    warnings.splice(0..0, robots);
+    Ok(Outcome::new("compare", document, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(differs)))

@@ -323,11 +323,11 @@ const TITLES: [(&str, &str); 5] = [
 pub(super) fn add_reasons(document: &mut Document, cells: &[&PaperCell]) {
     let mut groups: IndexMap<&str, IndexSet<String>> = IndexMap::new();
     for cell in cells {
-        let names = cell.reason.map(|reason| groups.entry(reason).or_default());
-        let name = format!("{} {}", cell.row, cell.place).trim().to_owned();
-        names.into_iter().for_each(|names| {
-            names.insert(name.clone());
-        });
+        if let Some(reason) = cell.reason {
+            let name = format!("{} {}", cell.row, cell.place);
+            let names = groups.entry(reason).or_default();
+            names.insert(name.trim().to_owned());
+        }
     }
     if !groups.is_empty() {
         document.paragraph("Not reproduced, and why:");

@@ -91,4 +91,20 @@ mod tests {
         | P\|1 | 0.5 |
         ");
     }
+
+    #[test]
+    fn columns_of_numbers_are_on_the_right_and_words_on_the_left() {
+        let mut table = Table::new(&["pose", "K", "state"]);
+        for row in [
+            ["P1", "-0.5", "known"],
+            ["P2", "-", "21 open"],
+            ["P3", "12", "no"],
+        ] {
+            table.row(row.map(str::to_owned));
+        }
+        assert_eq!(
+            table.text(),
+            "| pose |    K | state   |\n|------|------|---------|\n| P1   | -0.5 | known   |\n| P2   |    - | 21 open |\n| P3   |   12 | no      |\n"
+        );
+    }
 }

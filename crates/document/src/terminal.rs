@@ -137,4 +137,24 @@ mod tests {
           characters
         ");
     }
+
+    #[test]
+    fn pairs_are_aligned_and_lines_stand_as_they_are() {
+        let mut document = Document::of("Files:");
+        document.pair("a", "one");
+        document.pair("longer", "word ".repeat(30));
+        document.lines("a  line");
+        document.item("entry");
+        document.next("fit a");
+        let text = document.text();
+        assert!(text.starts_with("Files:\na       one\nlonger  word word"));
+        assert!(text.contains("\n        word"));
+        assert!(text.ends_with("\n\na  line\n- entry\n\nNext: stiffbench fit a\n"));
+    }
+
+    #[test]
+    fn no_line_ends_between_a_number_and_its_unit() {
+        let broken = wrapped(&"1\u{a0}N ".repeat(30), WIDTH, "", "");
+        assert!(broken.lines().all(|line| line.ends_with('N')));
+    }
 }

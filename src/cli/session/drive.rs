@@ -6,6 +6,8 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
+use stiffbench_document::Document;
+
 use crate::analysis::{
     ArgumentError, ResolvedModel, add_poses, check_specimen, header_sha256, sha256,
     state_joint_values,
@@ -395,10 +397,6 @@ fn report(
     repeats: &[String],
     planned: usize,
 ) -> Printed {
-    let repeats = match repeats {
-        [] => String::new(),
-        repeats => format!("Resuming repeats: {}\n", repeats.join("; ")),
-    };
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
     let (next, exit) = match outcome {
         SessionEnd::Complete => ("stiffness", 0),
@@ -406,11 +404,15 @@ fn report(
     };
     let outcome = SessionOutcome::from(outcome);
     let word = outcome.words();
-    let text = format!(
-        "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\n{repeats}Next: stiffbench {next} {}\n",
-        folder.display(),
+    let mut document = Document::new();
+    document.lines(format!(
+        "{}: {word}, {accepted} of {planned} readings, {skipped} skipped",
         folder.display()
-    );
+    ));
+    if !repeats.is_empty() {
+        document.item(format!("Resuming repeats: {}", repeats.join("; ")));
+    }
+    document.next(format!("{next} {}", folder.display()));
     let report = RunReport {
         folder: folder.to_owned(),
         outcome,
@@ -419,7 +421,7 @@ fn report(
         skipped,
         superseded: state.readings.len() - accepted,
     };
-    Printed::new("session-run", text, report).with_exit(exit)
+    Printed::new("session-run", document, report).with_exit(exit)
 }
 
 /// The records name the descriptions that the gauges are read by, and the steps of their displays where these state one.

@@ -76,7 +76,9 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
             "not verified, because the journal has no hash of it: {names}"
         ));
     }
-    raw_found.map(|found| document.item(found));
+    if let Some(found) = raw_found {
+        document.item(found);
+    }
     if exit == PART && read.journal.records.is_empty() {
         exit = NOTHING;
     }
