@@ -18,22 +18,46 @@ test *arguments:
 quick crate *arguments:
     cargo test --release --locked -p stiffbench-{{crate}} {{arguments}}
 
-# What takes too long for every change: whole goldens, ignored tests, faults, the quick proof, solids, peers, other systems, packages, mutants (the whole proof is `just prove`)
-nightly: parquet wheel book systems msrv deny package mutants peers
-    .ci/run
-    STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench --test validation goldens
+# What takes too long for every change, all parts (the whole proof is `just prove`)
+nightly: ci nightly-engine nightly-exports nightly-sessions nightly-robots nightly-packages peers mutants
+
+# Ignored tests, the quick proof, and the beam model beside solids of CalculiX (needs ccx)
+nightly-engine:
     cargo test --release --locked -- --ignored
-    python3 -m venv target/nightly/venv
-    target/nightly/venv/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
-    target/nightly/venv/bin/python tests/mujoco/check.py target/release/stiffbench
-    target/nightly/venv/bin/python tests/urdf/check.py target/release/stiffbench
-    target/nightly/venv/bin/pip install --quiet pandas frictionless rocrate typst
-    sh tests/export/check.sh target/release/stiffbench target/nightly/venv/bin
-    cargo run --release --locked --bin stiffbench-validate -- faults
     cargo run --release --locked --bin stiffbench-validate -- prove --quick --out target/nightly/prove
     cargo run --release --locked --bin stiffbench-validate -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids
     cargo run --release --locked --bin stiffbench-validate -- reference run target/nightly/solids
     cargo run --release --locked --bin stiffbench-validate -- reference compare target/nightly/solids
+    cargo run --release --locked --bin stiffbench-validate -- reference export --robot serial-arm --size 40 --out target/nightly/solids-of-arm
+    cargo run --release --locked --bin stiffbench-validate -- reference run target/nightly/solids-of-arm
+    cargo run --release --locked --bin stiffbench-validate -- reference compare target/nightly/solids-of-arm
+
+# Tables in pandas and Frictionless, reports in Typst, meshes in VTK and meshio, points as Parquet
+nightly-exports: parquet
+    cargo build --release --locked
+    python3 -m venv target/nightly/exports
+    target/nightly/exports/bin/pip install --quiet pandas frictionless rocrate typst vtk==9.7.2 meshio==5.3.5
+    sh tests/export/check.sh target/release/stiffbench target/nightly/exports/bin
+    PATH="{{justfile_directory()}}/target/nightly/exports/bin:$PATH" cargo test --release --locked --test stiffbench -- export::
+    rm -rf target/nightly/maps
+    target/release/stiffbench map --samples 2000 --out target/nightly/maps --quiet
+    target/nightly/exports/bin/python fixtures/vtu/check.py target/nightly/maps
+
+# Every fault in every phase of a session, and shards with GNU parallel and a Slurm cluster of one machine (needs parallel, slurm-wlm, munge)
+nightly-sessions:
+    cargo run --release --locked --bin stiffbench-validate -- faults
+    timeout 600 examples/shards/check.sh target/release/stiffbench || test $? = 77
+
+# Exported models in MuJoCo, PyBullet and URDF readers
+nightly-robots:
+    cargo build --release --locked
+    python3 -m venv target/nightly/robots
+    target/nightly/robots/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
+    target/nightly/robots/bin/python tests/mujoco/check.py target/release/stiffbench
+    target/nightly/robots/bin/python tests/urdf/check.py target/release/stiffbench
+
+# The wheel, the book, other systems, the oldest Rust, licences and the packages
+nightly-packages: wheel book systems msrv deny package
     if tag=$(git describe --tags --abbrev=0 2> /dev/null); then just semver "$tag"; else echo "semver: not run, there is no tag"; fi
 
 # The main job: stiffness, fit, validation and figures of the shipped session
@@ -57,7 +81,7 @@ wheel:
     cargo build --release --locked
     python/check.sh target/release/stiffbench
 
-# Write what every command prints and writes into fixtures/goldens and fixtures/goldens-validate again, and the schemas of results, and show every byte that has changed
+# Write what every command prints into fixtures/goldens and fixtures/goldens-validate again, and the schemas of results, and show every byte that has changed
 goldens:
     STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench --test validation -- goldens schemas::the_schemas
     git status --short fixtures docs/schemas
