@@ -48,15 +48,21 @@ impl Table {
         format!("{table}\n")
     }
 
-    /// Whether as many cells of a column begin as numbers do as do not; a dash stands for either.
+    /// Whether cells of a column are numbers or intervals, and the others a single word in the place of one, such as `never`, or a dash.
     fn is_of_numbers(&self, place: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(place));
-        let begins =
-            cells.filter_map(|cell| cell.trim_matches(['-', '+', '<', ' ']).chars().next());
-        let (numbers, words): (Vec<char>, Vec<char>) =
-            begins.partition(|c| c.is_ascii_digit() || *c == '∞');
-        numbers.len() >= words.len()
+        let cells = cells.map(|cell| cell.trim_start_matches(['-', '+', '<', ' ']));
+        let (numbers, words): (Vec<&str>, Vec<&str>) = cells
+            .filter(|cell| !cell.is_empty())
+            .partition(|cell| is_number(cell));
+        words.is_empty() || !numbers.is_empty() && words.iter().all(|word| !word.contains(' '))
     }
+}
+
+/// Whether a cell holds digits, and no letters but those of powers of ten and of an interval.
+fn is_number(cell: &str) -> bool {
+    cell.starts_with(|first: char| first.is_ascii_digit() || first == '∞')
+        && !cell.contains(|c: char| c.is_alphabetic() && !"eto".contains(c))
 }
 
 /// A column of a table: its head, and what it shows of a row.

@@ -11,6 +11,7 @@ use crate::report::text::{significant, unit_behind};
 use crate::statistics::chi_squared_quantile;
 
 use super::is_known;
+use super::summary::SiValue;
 use super::units::um_shown;
 use crate::count::{counted, degrees_of_freedom};
 
@@ -72,6 +73,9 @@ pub struct NoiseDeviation {
     /// Why there are no degrees of freedom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
+    /// The same in SI, of the readings of a part; as in the file where its table has no units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub si: Option<SiValue>,
 }
 
 /// The noise of an earlier session.
@@ -107,12 +111,14 @@ impl From<&DiagnosisReport> for NoiseReport {
             // A zero that may be anything is not noise.
             noise.zero_sd_m = 0.0;
         }
+        let mut deviations =
+            NoiseDeviations::new(&noise, diagnosis.noise_dof, report.subject.reading_unit());
+        deviations.reading_sd.si = report
+            .subject
+            .in_table(noise.reading_sd_m)
+            .map(|one| one.si);
         Self {
-            deviations: NoiseDeviations::new(
-                &noise,
-                diagnosis.noise_dof,
-                report.subject.reading_unit(),
-            ),
+            deviations,
             source,
             earlier,
             components: components(report),
@@ -210,6 +216,7 @@ impl NoiseDeviations {
             unit: unit.to_owned(),
             dof: (!is_known(dof)).then_some(dof),
             reason: is_known(dof).then_some("given, not estimated"),
+            si: None,
         };
         Self {
             reading_sd: one(noise.reading_sd_m / si, &unit, reading),

@@ -158,8 +158,7 @@ pub struct FindingReport {
     pub p_family: f64,
     /// Rivals that are distinguished, the nearest first.
     pub rivals: Vec<RivalReport>,
-    /// Findings of one group exclude each other and are indistinguishable.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Findings of one group exclude each other and are indistinguishable; `null` of one that stands alone.
     pub alternative_group: Option<u32>,
 }
 
