@@ -284,10 +284,15 @@ mod tests {
         fn all(value: &Json, texts: &mut Vec<String>) {
             match value {
                 Json::String(text) => texts.push(text.clone()),
-                Json::Array(list) => list.iter().for_each(|one| all(one, texts)),
+                Json::Array(list) => {
+                    for one in list {
+                        all(one, texts);
+                    }
+                }
                 Json::Object(block) => {
-                    let parts = block.iter().filter(|(key, _)| *key != "kind");
-                    parts.for_each(|(_, part)| all(part, texts));
+                    for (_, part) in block.iter().filter(|(key, _)| *key != "kind") {
+                        all(part, texts);
+                    }
                 }
                 _ => {}
             }
@@ -374,9 +379,13 @@ mod tests {
             rows in proptest::collection::vec(any_text(), 6..=6),
         ) {
             let mut document = Document::of(paragraph);
-            items.iter().for_each(|item| document.item(item));
+            for item in &items {
+                document.item(item);
+            }
             let mut table = Table::new(&["name", "value", "unit"]);
-            rows.chunks(3).for_each(|row| table.row(row.to_vec()));
+            for row in rows.chunks(3) {
+                table.row(row.to_vec());
+            }
             document.table(table);
             let own: Vec<String> = texts(&document).iter().map(|text| shown(text)).collect();
             let page: Vec<String> = read_html(&rendered(PageFormat::Html, &document)).iter().map(|text| shown(text)).collect();
