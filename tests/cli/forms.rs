@@ -93,7 +93,10 @@ fn row_of<'r>(rows: &'r [Vec<String>], head: &str, name: &str) -> (&'r [String],
 
 /// What a column is multiplied by, from its unit.
 fn per_unit(head: &str) -> f64 {
-    if head.contains("urad") || head.contains("um/") {
+    if ["urad", "um/", "1e-6"]
+        .iter()
+        .any(|unit| head.contains(unit))
+    {
         1e6
     } else {
         1.0
@@ -104,6 +107,11 @@ fn per_unit(head: &str) -> f64 {
 fn assert_parameters(fit: &Value, rows: &[Vec<String>], form: &str) {
     for parameter in fit["data"]["parameters"].as_array().unwrap() {
         let name = parameter["name"].as_str().unwrap();
+        // Of a robot without beams no factors are printed.
+        if rows.iter().all(|row| row.iter().all(|cell| cell != name)) {
+            assert_eq!(parameter["status"], "fixed", "{form}, {name}");
+            continue;
+        }
         let is_spring = parameter["unit"] != "1";
         let (head, row) = row_of(rows, if is_spring { "compliance" } else { "value" }, name);
         let column = |what: &str| head.iter().position(|cell| cell.starts_with(what)).unwrap();
