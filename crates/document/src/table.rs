@@ -48,21 +48,26 @@ impl Table {
         format!("{table}\n")
     }
 
-    /// Whether cells of a column are numbers or intervals, and the others a single word in the place of one, such as `never`, or a dash.
+    /// Whether a column is of numbers: as many cells begin with one as do not, or all others are a single word in the place of one, such as
+    /// `never`. A dash stands for either.
     fn is_of_numbers(&self, place: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(place));
         let cells = cells.map(|cell| cell.trim_start_matches(['-', '+', '<', ' ']));
-        let (numbers, words): (Vec<&str>, Vec<&str>) = cells
-            .filter(|cell| !cell.is_empty())
-            .partition(|cell| is_number(cell));
-        words.is_empty() || !numbers.is_empty() && words.iter().all(|word| !word.contains(' '))
+        let cells: Vec<&str> = cells.filter(|cell| !cell.is_empty()).collect();
+        let begin = cells.iter().filter(|cell| begins_with_number(cell)).count();
+        let is_filled = |cell: &&str| is_number(cell) || !cell.contains(' ');
+        2 * begin >= cells.len()
+            || cells.iter().any(|cell| is_number(cell)) && cells.iter().all(is_filled)
     }
+}
+
+fn begins_with_number(cell: &str) -> bool {
+    cell.starts_with(|first: char| first.is_ascii_digit() || first == '∞')
 }
 
 /// Whether a cell holds digits, and no letters but those of powers of ten and of an interval.
 fn is_number(cell: &str) -> bool {
-    cell.starts_with(|first: char| first.is_ascii_digit() || first == '∞')
-        && !cell.contains(|c: char| c.is_alphabetic() && !"eto".contains(c))
+    begins_with_number(cell) && !cell.contains(|c: char| c.is_alphabetic() && !"eto".contains(c))
 }
 
 /// A column of a table: its head, and what it shows of a row.
