@@ -503,7 +503,7 @@ mod tests {
 
         | slope                    | without |   with |  change |    95 % interval | determined |
         |--------------------------|---------|--------|---------|------------------|------------|
-        | slope of specimen, kN/mm |   1.791 | 0.6020 | -66.4 % | 0.5933 to 0.6065 |        yes |
+        | slope of specimen, kN/mm |   1.791 | 0.6020 | -66.4 % | 0.5933 to 0.6065 | yes        |
         ");
     }
 
