@@ -6,6 +6,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_units_and_text::digits::significant;
+
 use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 
 use super::law::Law;
@@ -268,12 +270,9 @@ impl fmt::Display for Effect {
         f.write_str(&self.title())?;
         let mut separator = ": ";
         for (parameter, value) in self.law.parameters.iter().zip(&self.values) {
-            write!(
-                f,
-                "{separator}{} = {value:.5e} {}",
-                parameter.name,
-                parameter.unit()
-            )?;
+            let (factor, unit) = parameter.dimension.printed(*value);
+            let value = significant(factor * value, 4);
+            write!(f, "{separator}{} = {value} {unit}", parameter.name)?;
             separator = ", ";
         }
         Ok(())
