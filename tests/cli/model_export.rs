@@ -232,7 +232,7 @@ fn is_of_a_body(inertia: [[f64; 3]; 3]) -> bool {
     m[0][0] > 0.0 && minor(0, 0, 1, 1) > 0.0 && whole > 0.0
 }
 
-/// Robots that `tests/mujoco/random_robots.py` made.
+/// Robots that `tests/robots/random_robots.py` made.
 const RANDOM_ROBOTS: [&str; 6] = ["1", "2", "4", "10", "11", "13"];
 
 #[test]

@@ -7,7 +7,7 @@
 MuJoCo steps each model until it is at rest; nothing of stiffbench takes part. The displacement must lie within 1 % of what the compliance that
 `robot compliance --load` prints under the same load gives, relative to its length. yourdfpy reads each URDF and places its end.
 
-Masses: of every shipped robot, every template, 40 random robots and robots made of public URDFs, MuJoCo, yourdfpy, Pinocchio and PyBullet load what is exported. Mass
+Masses: of every shipped robot, every template, 60 random robots and robots made of public URDFs, MuJoCo, yourdfpy, Pinocchio and PyBullet load what is exported. Mass
 and centre of mass must agree, with the robot file and among them; inertias of the SDF must be those of a body; links must be visible. MuJoCo's sag under gravity must
 lie within 1 % of `map --sag`.
 """
@@ -19,11 +19,12 @@ import os
 import pathlib
 import subprocess
 import sys
-import sysconfig
 import tempfile
 import xml.etree.ElementTree
 
-from random_robots import random_robot
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robots"))
+
+from compared_robots import apart, robots, sag_of, set_to
 
 FORCE_N = 70.0
 # MuJoCo is at rest when no displacement changes by more than this share over a tenth of a second; its friction creeps a little.
@@ -37,28 +38,6 @@ SAME_MASS = 1e-6
 SAME_CENTRE_M = 1e-6
 # At most this sag, m, is compared.
 SMALL_SAG_M = 1e-3
-RANDOM_ROBOTS = 40
-PACKAGES = pathlib.Path(sysconfig.get_path("purelib"))
-DATA = "cmeel.prefix/share/example-robot-data/robots"
-# Public URDFs: file, base, tip.
-PUBLIC = [
-    (f"{DATA}/panda_description/urdf/panda.urdf", "panda_link0", "panda_hand_tcp"),
-    (f"{DATA}/ur_description/urdf/ur3_robot.urdf", "base_link", "tool0"),
-    (f"{DATA}/ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
-    (f"{DATA}/ur_description/urdf/ur10_robot.urdf", "base_link", "tool0"),
-    (f"{DATA}/kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"),
-    (f"{DATA}/xarm_description/urdf/xarm7.urdf", None, "link_eef"),
-    (f"{DATA}/talos_data/robots/talos_left_arm.urdf", None, "arm_left_7_link"),
-    (f"{DATA}/baxter_description/urdf/baxter.urdf", "torso", "left_gripper"),
-    (f"{DATA}/tiago_description/robots/tiago_no_hand.urdf", "base_link", "arm_tool_link"),
-    (f"{DATA}/pr2_description/urdf/pr2.urdf", "torso_lift_link", "l_gripper_tool_frame"),
-    (f"{DATA}/z1_description/urdf/z1.urdf", None, None),
-    (f"{DATA}/so_arm_description/urdf/so100.urdf", None, None),
-    ("pybullet_data/kuka_iiwa/model.urdf", None, "lbr_iiwa_link_7"),
-    ("pybullet_data/xarm/xarm6_robot.urdf", "link_base", "link6"),
-]
-TEMPLATES = ["serial", "scara", "four-bar", "parallelogram", "gantry"]
-SHIPPED = ["serial-arm", "fanuc-r2000ic", "franka-panda", "four-bar", "scara", "gantry", "hp-robot", "hp-robot-host-dominant"]
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "mujoco"
 
 
@@ -109,45 +88,6 @@ def displacements(mujoco, text):
     model = mujoco.MjModel.from_xml_string(text)
     forces = [[FORCE_N if i == axis else 0.0 for i in range(3)] for axis in range(3)]
     return [moved(mujoco, model, force, [0.0] * 3) for force in forces]
-
-
-def apart(found, expected):
-    """Length of the difference of two vectors as a share of the length of the second."""
-    return sum((a - b) ** 2 for a, b in zip(found, expected)) ** 0.5 / sum(b * b for b in expected) ** 0.5
-
-
-def printed(program, *arguments):
-    run = subprocess.run([program, *arguments, "--json", "--quiet"], check=True, capture_output=True, text=True)
-    return json.loads(run.stdout)["data"]
-
-
-def with_stiffness(line):
-    """A line of a robot file, its free spring with a stiffness to begin at: a URDF has none."""
-    stiffness = "stiffness_N_per_um = 5" if 'kind = "sliding"' in line else "stiffness_Nm_per_rad = 5e4"
-    return line.replace('spring = "free"', f'spring = "free", {stiffness}')
-
-
-def robots_with_masses(program, folder):
-    """Arguments of shipped robots, of random ones, of templates, and of robots made of public URDFs where their packages are installed."""
-    yield from (["--robot", name] for name in SHIPPED)
-    for seed in range(RANDOM_ROBOTS):
-        file = pathlib.Path(folder) / f"random-{seed}.toml"
-        file.write_text(random_robot(seed))
-        yield ["--robot", str(file)]
-    made = [(name, ["--template", name]) for name in TEMPLATES]
-    for path, base, tip in PUBLIC:
-        if (PACKAGES / path).exists():
-            words = [("--urdf", str(PACKAGES / path)), ("--base", base), ("--tip", tip)]
-            made.append((pathlib.Path(path).stem, [word for pair in words if pair[1] for word in pair]))
-        else:
-            print(f"{path}: not installed (pip install example-robot-data pybullet)")
-    for name, words in made:
-        file = str(pathlib.Path(folder) / f"{name}-{words[0][2:]}.toml")
-        subprocess.run([program, "robot", "new", file, *words, "--quiet"], check=True, capture_output=True)
-        if "--urdf" in words:
-            text = pathlib.Path(file).read_text().splitlines()
-            pathlib.Path(file).write_text("\n".join(with_stiffness(line) for line in text) + "\n")
-        yield ["--robot", file]
 
 
 def by_mujoco(mujoco, text):
@@ -228,15 +168,11 @@ def masses_and_sag(mujoco, program, robot):
     import numpy as np
 
     wrong = []
-    weighed = printed(program, "robot", "check", robot[1]).get("mass_kg") is not None
-    arguments, mass, sag = robot, 0.0, None
+    weighed = sag_of(program, robot)
+    arguments, mass, sag = ["--robot", robot], 0.0, None
     if weighed:
-        found = printed(program, "map", "--sag", "--samples", "1", *robot)["sag"]["mechanisms"][0]
-        names = [variable["name"] for variable in printed(program, "robot", "show", robot[1])["variables"]]
-        values = found["displacement"]["worst"]["angles_deg"]
-        arguments = [*robot, "--set", *(f"{name}={value!r}" for name, value in zip(names, values))]
-        mass = found["mass_kg"]
-        sag = [1e-6 * found[f"displacement_{axis}"]["least"] for axis in "xyz"]
+        values, mass, sag = weighed
+        arguments += set_to(values)
     files = {form: export(program, arguments, form) for form in ("mjcf", "urdf", "sdf")}
     model, found = by_mujoco(mujoco, files["mjcf"])
     of_sdf, are_bodies = by_sdf(files["sdf"])
@@ -317,10 +253,10 @@ def main():
         failed += apart_m > 1e-9
         print(f"{name}: the end of the URDF differs by {apart_m:.1e} m")
     with tempfile.TemporaryDirectory() as folder:
-        for robot in robots_with_masses(options.program, folder):
+        for robot in robots(options.program, folder):
             line, wrong = masses_and_sag(mujoco, options.program, robot)
             failed += bool(wrong)
-            print(f"{pathlib.Path(robot[1]).stem}: {line}{'  FAILED: ' + '; '.join(wrong) if wrong else ''}")
+            print(f"{pathlib.Path(robot).stem}: {line}{'  FAILED: ' + '; '.join(wrong) if wrong else ''}")
     return 1 if failed else 0
 
 
