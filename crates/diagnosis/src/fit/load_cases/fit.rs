@@ -3,7 +3,7 @@
 use stiffbench_beams::robot::{ModelParameter, TrackedPoses};
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, LikelihoodSetSettings,
-    ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, spread,
+    ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, minimise, spread,
 };
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::count::counted;
@@ -191,7 +191,7 @@ fn weighed_fit<'a>(
     let posed = model.posed;
     // Displacements and rotations in units of their usual size.
     let plain = RowScatter::plain(posed, model.steps, sizes(posed));
-    let plain = plain.without(|row| !takes_part[row]);
+    let plain = plain.of_some(|row| takes_part[row]);
     let has_repeats = plain.series.has_repeats();
     let from_residuals = options.sigma == Some(SigmaMode::Estimated);
     let stated = options.scatter.filter(|_| !from_residuals);
@@ -208,8 +208,7 @@ fn weighed_fit<'a>(
         basis: NoiseBasis::Fit,
     };
     let mut problem = LoadCaseProblem::new(*model, parameters, plain.clone(), tracker)?;
-    let mut set = set.clone();
-    let mut fit = lowest(&mut problem, &set)?;
+    let mut fit = lowest(&mut problem, set)?;
     let mut warm_start = None;
     let free = set.free_indices().len();
     for _ in 0..ALTERNATIONS {
@@ -233,8 +232,8 @@ fn weighed_fit<'a>(
             &mut warm_start,
         );
         problem.set_scatter(scatter);
-        set = set.with_start(&fit.free_values)?;
-        fit = lowest(&mut problem, &set)?;
+        let settings = problem.settings();
+        fit = minimise(&mut problem, &set.with_start(&fit.free_values)?, &settings)?;
     }
     Ok((fit, problem, known))
 }

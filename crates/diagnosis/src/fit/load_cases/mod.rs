@@ -13,4 +13,3 @@ pub(super) mod prediction;
 pub(super) mod problem;
 pub(super) mod scatter;
 pub(super) mod series;
-pub(super) mod white_rows;

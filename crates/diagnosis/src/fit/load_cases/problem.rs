@@ -22,7 +22,6 @@ use super::frames::{
 use super::posed::PosedLoadCases;
 use super::prediction::{AddedByLaws, PredictedMotions, SeenRows, ToolMotion};
 use super::scatter::RowScatter;
-use super::white_rows::fill_white;
 
 /// Difference to a linear model, as a share of the largest displacement, below which a model is linear: rounding of stiff links is far below.
 const NOT_LINEAR: f64 = 1e-6;
@@ -249,6 +248,11 @@ impl<'a> LoadCaseProblem<'a> {
         self.scatter = scatter;
     }
 
+    /// From now on the rows read these values.
+    pub(in crate::fit) fn set_measured(&mut self, values: impl Iterator<Item = f64>) {
+        self.measured = values.collect();
+    }
+
     /// Predictions at a point of the coordinates.
     ///
     /// # Errors
@@ -461,6 +465,28 @@ fn linear_motions(
     let mut pairs = exact.iter().flatten().zip(linear.iter().flatten());
     let is_linear = pairs.all(|(a, b)| (a - b).abs() <= NOT_LINEAR * size);
     Ok(is_linear.then_some(motions))
+}
+
+/// White residuals of predictions, and the white columns of their derivatives where they are asked for.
+fn fill_white(
+    scatter: &RowScatter,
+    (predicted, measured): (&[f64], &[f64]),
+    residuals: &mut [f64],
+    jacobian: Option<&mut JacobianView<'_>>,
+    columns: &[Vec<f64>],
+) {
+    let rows = predicted.iter().zip(measured);
+    for (residual, (predicted, measured)) in residuals.iter_mut().zip(rows) {
+        *residual = predicted - measured;
+    }
+    scatter.whiten(residuals);
+    let Some(jacobian) = jacobian else { return };
+    for (place, derivatives) in columns.iter().enumerate() {
+        if let Some(column) = jacobian.column_mut(place) {
+            column.copy_from_slice(derivatives);
+            scatter.whiten(column);
+        }
+    }
 }
 
 impl ResidualFunction for LoadCaseProblem<'_> {

@@ -7,8 +7,7 @@ use super::posed::{PosedLoadCases, ReadComponent};
 use crate::mismatch::{
     ForceReading, GaugeNoise, GaugeSteps, NoiseCovariance, Observations, ReadingNoise, kept,
 };
-use crate::search::constants::ROUNDING;
-use crate::search::{Covariance, dot, largest};
+use crate::search::{Covariance, dot};
 
 /// Loads that differ by less than this share of the larger are one load applied again.
 pub(in crate::fit) const SAME_LOAD: f64 = 0.05;
@@ -156,9 +155,9 @@ impl RowScatter {
         shares.sum::<f64>() / self.rows.len().max(1) as f64
     }
 
-    /// The same without some rows of the table.
-    pub(in crate::fit) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
-        let keep: Vec<bool> = self.rows.iter().map(|row| !is_left_out(*row)).collect();
+    /// The same with the rows that take part only: others show nothing of the scatter either.
+    pub(in crate::fit) fn of_some(&self, takes_part: impl Fn(usize) -> bool) -> Self {
+        let keep: Vec<bool> = self.rows.iter().map(|row| takes_part(*row)).collect();
         if keep.iter().all(|keep| *keep) {
             return self.clone();
         }
@@ -166,6 +165,15 @@ impl RowScatter {
         let rows = kept(&self.rows, &keep);
         let (slope_m, by_force) = (kept(&self.slope_m, &keep), kept(&self.by_force, &keep));
         Self::new(series, rows, self.noise, slope_m, by_force)
+    }
+
+    /// The same scatter with some rows of the table that weigh nothing.
+    pub(in crate::fit) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
+        let left_out: Vec<bool> = self.rows.iter().map(|row| is_left_out(*row)).collect();
+        Self {
+            covariance: self.covariance.without(&left_out),
+            ..self.clone()
+        }
     }
 
     /// A column of all rows in the order of the readings.
@@ -181,20 +189,6 @@ impl RowScatter {
         for (row, white) in self.rows.iter().zip(white) {
             rows[*row] = white;
         }
-    }
-
-    /// The sum of the squares of white rows.
-    pub(in crate::fit) fn squares(&self, rows: &[f64]) -> f64 {
-        let mut white = self.of_readings(rows);
-        self.covariance.whiten(&mut white);
-        dot(&white, &white)
-    }
-
-    /// The length of a column of white rows; `None` if the rows with weight do not show it.
-    pub(in crate::fit) fn length(&self, column: &[f64]) -> Option<f64> {
-        let (length, whole) = (self.squares(column).sqrt(), dot(column, column).sqrt());
-        let heaviest = largest(self.covariance.weights());
-        (length > ROUNDING * whole * heaviest).then_some(length)
     }
 }
 

@@ -7,27 +7,24 @@ use crate::fit::load_cases::posed::PosedLoadCases;
 use crate::fit::load_cases::prediction::{PredictedMotions, SeenRows};
 use crate::fit::load_cases::problem::{LoadCaseModel, unit_length, unloaded_springs};
 use crate::fit::load_cases::scatter::{kinds, sizes};
-use crate::fit::{FactorStatus, FitError, FitOutcome};
+use crate::fit::{FactorEstimate, FactorStatus, FitError, FitOutcome};
 use crate::search::constants::LEAST_INDEPENDENT;
-use crate::search::{FittedRows, norm, push_orthonormal};
+use crate::search::{FittedRows, norm};
 
-/// Derivatives of all rows to what a fit moves, without springs that no load acts on and what the ones before contain, then to the frames; with
-/// the places of the parameters among the estimates.
-///
-/// # Arguments
-/// - `moves`: which parameters count.
+/// Derivatives of all rows to what a fit moves at no bound, without springs that no load acts on and what the ones before contain, then to the
+/// frames.
 ///
 /// # Errors
 /// [`FitError`] for a structure that carries nothing.
-pub(super) fn moved_columns(
-    model: &LoadCaseModel<'_>,
-    fit: &FitOutcome,
-    moves: impl Fn(&FactorStatus) -> bool,
-) -> Result<(Vec<usize>, Vec<Vec<f64>>), FitError> {
-    let estimates = fit.estimates.iter().enumerate();
-    let moving = estimates.filter(|(_, one)| moves(&one.status));
-    let moving = moving.map(|(place, one)| (place, one.parameter.clone()));
-    let (places, parameters): (Vec<usize>, Vec<ModelParameter>) = moving.unzip();
+fn moved_columns(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Vec<Vec<f64>>, FitError> {
+    let is_inside = |one: &&FactorEstimate| {
+        matches!(
+            one.status,
+            FactorStatus::Free | FactorStatus::NotIdentified { .. }
+        )
+    };
+    let moving = fit.estimates.iter().filter(is_inside);
+    let parameters: Vec<ModelParameter> = moving.map(|one| one.parameter.clone()).collect();
     let (posed, start) = (model.posed, &fit.factors);
     let mechanics = LoadCaseModel { start, ..*model }.mechanics(&parameters)?;
     let motions = PredictedMotions::of(&mechanics, posed, true);
@@ -38,19 +35,13 @@ pub(super) fn moved_columns(
     let all: Vec<Vec<f64>> = all.map(|column| seen.changed(column)).collect();
     let lengths: Vec<f64> = all.iter().map(|one| norm(one)).collect();
     let unloaded = unloaded_springs(&parameters, &lengths, unit_length(posed));
-    let (mut free, mut columns, mut units) = (Vec::new(), Vec::new(), Vec::new());
-    let loaded = all.into_iter().zip(places).zip(unloaded);
-    for ((column, place), _) in loaded.filter(|(_, is_unloaded)| !is_unloaded) {
-        push_orthonormal(&mut units, column.clone(), LEAST_INDEPENDENT, 0.0);
-        if units.len() > columns.len() {
-            free.push(place);
-            columns.push(column);
-        }
-    }
+    let loaded = all.into_iter().zip(unloaded);
+    let loaded = loaded.filter(|(_, is_unloaded)| !is_unloaded);
+    let mut columns: Vec<Vec<f64>> = loaded.map(|(column, _)| column).collect();
     if let Some(tracker) = &tracker {
         columns.extend(frame_columns(posed, tracker, &[], &motions.values));
     }
-    Ok((free, columns))
+    Ok(columns)
 }
 
 /// What a fit leaves of its rows, beside what it may make of them at no bound.
@@ -71,23 +62,10 @@ pub(super) fn fitted_rows(
         values.map(|(value, kind)| value / units[*kind]).collect()
     };
     let mut fitted = FittedRows::new(in_units(fit.residuals()));
-    for column in moved_columns(model, fit, is_inside)?.1 {
+    for column in moved_columns(model, fit)? {
         fitted.set_free(in_units(column).into(), LEAST_INDEPENDENT);
     }
     Ok(fitted)
-}
-
-/// Whether a fit moves a parameter: also one at a bound, which what is missing may have driven there.
-pub(super) fn moves(status: &FactorStatus) -> bool {
-    is_inside(status) || matches!(status, FactorStatus::AtBound { .. })
-}
-
-/// Whether a fit moves a parameter that is at no bound.
-fn is_inside(status: &FactorStatus) -> bool {
-    matches!(
-        status,
-        FactorStatus::Free | FactorStatus::NotIdentified { .. }
-    )
 }
 
 /// Scatter of displacements, m, and of rotations, rad, by a fit, without a part that grows with the load; else their usual size.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_numeric::least_squares::{LeastSquaresSettings, minimise};
+use stiffbench_numeric::least_squares::{ParameterSet, minimise};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::{FitError, FitOptions, FitOutcome};
@@ -16,12 +16,11 @@ use crate::mismatch::{
 };
 use crate::search::constants::MOST_OF_THE_MISFIT;
 
-use super::moved_columns::{moved_columns, moves, plain_sd};
-use crate::fit::load_cases::fit::fit_load_cases;
+use super::moved_columns::plain_sd;
 use crate::fit::load_cases::posed::{COMPONENTS, PosedLoadCases};
-use crate::fit::load_cases::problem::LoadCaseModel;
+use crate::fit::load_cases::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
 use crate::fit::load_cases::scatter::{RowScatter, SAME_LOAD, kinds};
-use crate::fit::load_cases::white_rows::LinearRows;
+use crate::fit::weighed_problem::WeighedProblem;
 
 /// Values of which a common factor can be seen: two agree with any line by chance.
 const FEWEST: usize = 3;
@@ -59,7 +58,7 @@ pub enum ExchangedWith {
 
 /// The mistake of a table that explains its misfit, if there is one.
 ///
-/// None is sought of absolute positions, beside held-out poses, and where factors of beams are free.
+/// None is sought of absolute positions and beside held-out poses.
 ///
 /// # Errors
 /// [`FitError`].
@@ -68,18 +67,16 @@ pub fn table_mistake(
     options: &FitOptions,
     fit: &FitOutcome,
 ) -> Result<Option<TableMistake>, FitError> {
-    let mut free = fit.estimates.iter();
-    let bends = free.any(|one| one.parameter.is_factor() && moves(&one.status));
-    if model.posed.has_positions() || options.train.is_some() || bends {
+    if model.posed.has_positions() || options.train.is_some() {
         return Ok(None);
     }
-    let mut rows = MisreadRows::new(model, fit, fit.residuals())?;
-    if rows.changes.is_empty() {
+    let mut rows = MisreadRows::new(model, options, fit)?;
+    if rows.set.free_indices().is_empty() {
         return Ok(None);
     }
     let found = find_mistake(&mut rows);
     let left = found.as_ref().map(|found| found.fit.squares);
-    let sign = other_sign(model, options, fit, &rows);
+    let sign = other_sign(model, options, fit, &mut rows);
     Ok(match sign {
         Some((after, sign)) if left.is_none_or(|left| after < left) => Some(sign),
         _ => found.map(|found| named(model.posed, &found)),
@@ -104,55 +101,55 @@ fn named(posed: &PosedLoadCases, found: &FoundMistake) -> TableMistake {
     }
 }
 
-/// The readings of a table, and what the values of a fit and changes of them make of these.
-struct MisreadRows {
+/// The readings of a table with the model that is fitted to them.
+struct MisreadRows<'a> {
     names: Vec<ValueName>,
     /// m and rad.
     read: Vec<NamedValue>,
-    /// What the values of the fit leave of them.
-    residuals: Vec<f64>,
-    /// The column of each parameter that moves, with the smallest and largest change of its value that the bounds allow.
-    changes: Vec<(Vec<f64>, [f64; 2])>,
-    /// The scatter of each kind of rows without a part that grows with the load: a mistake of the table must not pass for it.
-    scatter: RowScatter,
+    /// Under the scatter of each kind of rows without a part that grows with the load: a mistake of the table must not pass for it.
+    problem: LoadCaseProblem<'a>,
+    /// The coordinates, from where the parameters start: a mistake may have drawn a fit far away.
+    set: ParameterSet,
     has_repeats: bool,
 }
 
-impl MisreadRows {
+impl<'a> MisreadRows<'a> {
     /// # Arguments
-    /// - `residuals`: what the values of the fit leave in the poses of the model.
+    /// - `fit`: of the model with these options.
     ///
     /// # Errors
     /// [`FitError`] for a structure that carries nothing.
     fn new(
-        model: &LoadCaseModel<'_>,
+        model: &LoadCaseModel<'a>,
+        options: &FitOptions,
         fit: &FitOutcome,
-        residuals: Vec<f64>,
     ) -> Result<Self, FitError> {
         let posed = model.posed;
-        let (places, columns) = moved_columns(model, fit, moves)?;
-        let changes = places.into_iter().zip(columns).map(|(place, column)| {
-            let one = &fit.estimates[place];
-            let bounds = one.bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-            (column, bounds.map(|end| end - one.value))
-        });
         let sd = plain_sd(posed, fit);
-        let read = posed
-            .rows()
-            .zip(kinds(posed))
-            .map(|((_, read), kind)| NamedValue {
-                value: read.value,
-                u: sd[kind],
-            });
+        let read = posed.rows().zip(kinds(posed));
+        let read = read.map(|((_, read), kind)| NamedValue {
+            value: read.value,
+            u: sd[kind],
+        });
         let scatter = RowScatter::plain(posed, model.steps, sd);
+        let parameters = model.parameters(&options.choice, None)?.0;
         Ok(Self {
             names: names(posed),
             read: read.collect(),
-            residuals,
-            changes: changes.collect(),
+            set: coordinates(&parameters, None)?,
             has_repeats: scatter.series.has_repeats(),
-            scatter,
+            problem: LoadCaseProblem::new(*model, &parameters, scatter, None)?,
         })
+    }
+
+    /// Whether a fit leaves so much that it may have taken a mistake for its parameters.
+    fn leaves_much(&self, fit: &ValueFit) -> bool {
+        let squares: f64 = self
+            .read
+            .iter()
+            .map(|one| (one.value / one.u).powi(2))
+            .sum();
+        fit.squares >= LEFT_BY_A_SIGN * squares
     }
 }
 
@@ -183,7 +180,7 @@ fn names(posed: &PosedLoadCases) -> Vec<ValueName> {
     all.collect()
 }
 
-impl MisreadValues for MisreadRows {
+impl MisreadValues for MisreadRows<'_> {
     fn names(&self) -> &[ValueName] {
         &self.names
     }
@@ -196,12 +193,16 @@ impl MisreadValues for MisreadRows {
         ValueScale::Linear
     }
 
+    fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool {
+        !self.problem.is_linear() && self.leaves_much(as_recorded)
+    }
+
     fn fewest(&self) -> usize {
         FEWEST
     }
 
     fn free(&self) -> usize {
-        self.changes.len()
+        self.set.free_indices().len()
     }
 
     fn alternatives(&self) -> usize {
@@ -219,65 +220,49 @@ impl MisreadValues for MisreadRows {
         _alternative: Option<usize>,
         _start: Option<&ValueFit>,
     ) -> Option<ValueFit> {
-        let rows = values.iter().zip(&self.read).zip(&self.residuals);
-        let rows: Vec<f64> = rows
-            .map(|((right, read), left)| left + right.value - read.value)
-            .collect();
-        let scatter = self.scatter.without(|row| !keep(row));
-        let (mut problem, set) = LinearRows::new(&rows, &self.changes, scatter).ok()?;
-        let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default()).ok()?;
-        let left = rows.iter().zip(problem.at(&fit.values));
-        let predicted = values.iter().zip(left);
-        let columns = self.changes.iter().map(|(column, _)| {
-            let rows = column.iter().zip(values);
-            rows.map(|(change, value)| change / value.u).collect()
-        });
+        let problem = &mut self.problem;
+        problem.set_measured(values.iter().map(|one| one.value));
+        problem.leave_out(&|row| !keep(row));
+        let settings = problem.settings();
+        let fit = minimise(problem, &self.set, &settings).ok()?;
+        let columns = (0..self.set.free_indices().len()).filter_map(|one| fit.jacobian_column(one));
         Some(ValueFit {
             squares: fit.sum_of_squares(),
-            predicted: predicted
-                .map(|(value, (row, at))| value.value - row + at)
-                .collect(),
-            columns: columns.collect(),
+            columns: columns.map(<[f64]>::to_vec).collect(),
+            predicted: problem.predictions(&fit.values).ok()?,
             parameters: Vec::new(),
         })
     }
 }
 
-/// The joint whose values have the other sign, with the squares that a fit leaves then; only where much is left, and where the linear structure
-/// at the values of the fit explains it.
+/// The joint whose values have the other sign, with the squares that a fit leaves then; only where much is left, and where the other sign explains
+/// it.
 fn other_sign(
     model: &LoadCaseModel<'_>,
     options: &FitOptions,
     fit: &FitOutcome,
-    rows: &MisreadRows,
+    rows: &mut MisreadRows<'_>,
 ) -> Option<(f64, TableMistake)> {
-    let scatter = &rows.scatter;
-    let before = scatter.squares(&rows.residuals);
-    if before < LEFT_BY_A_SIGN * scatter.squares(&model.measured()) {
+    let read = rows.read.clone();
+    let before = rows.fit(&read, &|_| true, None, None)?;
+    if !rows.leaves_much(&before) {
         return None;
     }
-    let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before;
     let variables = model.robot.variables.iter().enumerate();
     let moving = variables.filter(|(variable, _)| model.robot.moves_tool(*variable));
     let found = moving.filter_map(|(variable, named)| {
         let posed = model.posed.with_other_sign(variable)?;
-        let mirrored = model.under(&posed);
         // Poses that cannot be reached are none that the robot stood in.
-        let left = mirrored.left_by(fit).ok()?;
-        let mut there = MisreadRows::new(&mirrored, fit, left).ok()?;
-        let read = there.read.clone();
-        let nearly = there.fit(&read, &|_| true, None, None)?;
-        if !explains(nearly.squares) {
-            return None;
-        }
-        let fit = fit_load_cases(&mirrored, options).ok()?;
+        let mut there = MisreadRows::new(&model.under(&posed), options, fit).ok()?;
+        let after = there.fit(&read, &|_| true, None, None)?.squares;
         let mistake = TableMistake {
             factor: Some(-1.0),
             joint: Some(named.name.clone()),
             ..TableMistake::default()
         };
-        Some((scatter.squares(&fit.residuals()), mistake))
+        Some((after, mistake))
     });
+    let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before.squares;
     let found = found.filter(|(after, _)| explains(*after));
     found.min_by(|a, b| a.0.total_cmp(&b.0))
 }

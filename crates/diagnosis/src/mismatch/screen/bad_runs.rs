@@ -40,7 +40,7 @@ pub(crate) fn screen_runs(
         });
     }
     let most = (MOST_BAD_READINGS * rest.runs.len() as f64).ceil() as usize;
-    let (mut known, against) = loop {
+    let (mut known, wrong) = loop {
         let screen = ReadingScreen::new(baseline, &rest, noise)?;
         let of_rest = screen.noise_of_all();
         let worst = if bad.len() < most {
@@ -49,24 +49,23 @@ pub(crate) fn screen_runs(
             None
         };
         let Some((worst, worst_bad)) = worst else {
-            let against = cells_against_their_load(&rest, &screen, &of_rest);
-            break (Some(of_rest), against);
+            let mut wrong = wrong_cells(baseline, &rest, &screen, &of_rest)?;
+            let against = cells_against_their_load(&rest, &screen, &of_rest).into_iter();
+            let is_new = |(cell, _): &(usize, BadRun)| wrong.iter().all(|(other, _)| other != cell);
+            let against: Vec<(usize, BadRun)> = against.filter(is_new).collect();
+            wrong.extend(against);
+            break (Some(of_rest), wrong);
         };
         let run = rest.runs[worst].readings.clone();
         bad.push(worst_bad);
         rest = rest.filtered(&rest.mask(|one| !run.contains(&one)));
     };
-    let mut take = |rest: &mut Observations, cells: Vec<(usize, BadRun)>| {
-        if !cells.is_empty() {
-            let is_other = |one: usize| cells.iter().all(|(cell, _)| *cell != rest.cell_of(one));
-            *rest = rest.filtered(&rest.mask(is_other));
-            bad.extend(cells.into_iter().map(|(_, bad)| bad));
-            known = None;
-        }
-    };
-    take(&mut rest, against);
-    let wrong = wrong_cells(baseline, &rest, noise)?;
-    take(&mut rest, wrong);
+    if !wrong.is_empty() {
+        let is_other = |one: usize| wrong.iter().all(|(cell, _)| *cell != rest.cell_of(one));
+        rest = rest.filtered(&rest.mask(is_other));
+        bad.extend(wrong.into_iter().map(|(_, bad)| bad));
+        known = None;
+    }
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
     Ok(ScreenedRuns {
         observations: rest,

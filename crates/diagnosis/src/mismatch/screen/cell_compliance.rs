@@ -1,8 +1,10 @@
-//! Compliances of cells: those that the readings show, beside those of the baseline with one more spring, or of another structure.
+//! Compliances of cells: those that the readings show, beside those of the baseline with one more spring, or of another structure. Along their loads
+//! they are compared by their logarithms; across them a compliance has either sign, and is compared as it is.
 
 use super::misread::{MisreadValues, NamedValue, ValueFit, ValueName, ValueScale};
 use crate::mismatch::baselines::{Baseline, PoseSolver, start};
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::observed::ObservedCell;
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
     ResidualFunction, minimise,
@@ -36,56 +38,66 @@ const WIDEST: f64 = 1e4;
 /// How far beyond its bounds a factor may go, in its logarithm: a hundred times.
 const BEYOND_BOUNDS: f64 = 4.6;
 
-/// Compliances of cells, their logarithms in m/N, with the baseline as a model of them.
+/// Compliances of cells with the baseline as a model of them.
 pub(crate) struct CellCompliances<'a> {
     baseline: &'a dyn Baseline,
     solver: Box<dyn PoseSolver + 'a>,
-    /// Poses among those of the baseline; components are directions of loads.
-    cells: Vec<ValueName>,
-    logs: Vec<NamedValue>,
+    cells: Vec<&'a ObservedCell>,
+    names: Vec<ValueName>,
+    scale: ValueScale,
+    /// m/N, or their logarithms.
+    values: Vec<NamedValue>,
     suspects: Vec<SuspectOfCells>,
 }
 
 impl<'a> CellCompliances<'a> {
+    /// # Arguments
+    /// - `scale`: of the values; across loads it is [`ValueScale::Linear`].
+    ///
     /// # Errors
     /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
     pub(crate) fn new(
         baseline: &'a dyn Baseline,
-        cells: Vec<ValueName>,
-        logs: Vec<NamedValue>,
+        (cells, names): (Vec<&'a ObservedCell>, Vec<ValueName>),
+        (scale, values): (ValueScale, Vec<NamedValue>),
     ) -> Result<Self, MismatchError> {
         let mut solver = baseline.solver(0)?;
+        if scale == ValueScale::Linear {
+            solver.differentiate_whole()?;
+        }
         solver.solve(&start(baseline))?;
-        let pose = |cell: &ValueName| solver.pose(cell.pose);
+        let pose = |cell: &ObservedCell| solver.pose(cell.pose);
         let mut springs: Vec<Vec<[f64; 2]>> = Vec::new();
         for joint in 0..baseline.joints().len() {
-            let of_cell = |cell: &ValueName| {
+            let of_cell = |cell: &&ObservedCell| {
                 let influence = &pose(cell).influence;
-                let lever_m = influence.levers[joint][cell.component];
-                [lever_m * lever_m, influence.stiffness(joint, joint)]
+                let lever = influence.levers[joint];
+                [cell.lever_product(lever), influence.stiffness(joint, joint)]
             };
             springs.push(cells.iter().map(of_cell).collect());
         }
         for axis in 0..3 {
-            let of_cell = |cell: &ValueName| {
-                let lever_m = pose(cell).base_levers[axis][cell.component];
-                [lever_m * lever_m, 0.0]
-            };
+            let of_cell =
+                |cell: &&ObservedCell| [cell.lever_product(pose(cell).base_levers[axis]), 0.0];
             springs.push(cells.iter().map(of_cell).collect());
         }
         for direction in 0..3 {
             let is_here =
-                |cell: &ValueName| [f64::from(u8::from(cell.component == direction)), 0.0];
-            springs.push(cells.iter().map(is_here).collect());
+                |cell: &ObservedCell| cell.is_along_load() && cell.axis().index() == direction;
+            let of_cell = |cell: &&ObservedCell| [f64::from(u8::from(is_here(cell))), 0.0];
+            springs.push(cells.iter().map(of_cell).collect());
         }
-        let own = |cell: &ValueName| {
-            let axis = cell.component;
-            pose(cell).influence.compliance[axis][axis]
-        };
-        let own: Vec<f64> = cells.iter().map(own).collect();
+        let own: Vec<f64> = cells
+            .iter()
+            .map(|cell| cell.compliance(pose(cell)))
+            .collect();
         let springs = springs.into_iter().filter_map(|adds| {
-            let felt = adds.iter().zip(&own).filter(|([lever, _], _)| *lever > 0.0);
-            let mut units: Vec<f64> = felt.map(|([lever, _], own)| (own / lever).ln()).collect();
+            let felt = adds
+                .iter()
+                .zip(&own)
+                .filter(|([lever, _], _)| *lever != 0.0);
+            let units = felt.map(|([lever, _], own)| (own / lever).abs().ln());
+            let mut units: Vec<f64> = units.filter(|log| log.is_finite()).collect();
             let log_unit = stiffbench_numeric::statistics::median(&mut units)?;
             Some(SuspectOfCells::Spring(Spring { adds, log_unit }))
         });
@@ -99,7 +111,9 @@ impl<'a> CellCompliances<'a> {
             baseline,
             solver,
             cells,
-            logs,
+            names,
+            scale,
+            values,
             suspects,
         })
     }
@@ -107,19 +121,27 @@ impl<'a> CellCompliances<'a> {
 
 impl MisreadValues for CellCompliances<'_> {
     fn names(&self) -> &[ValueName] {
-        &self.cells
+        &self.names
     }
 
     fn values(&self) -> &[NamedValue] {
-        &self.logs
+        &self.values
     }
 
     fn scale(&self) -> ValueScale {
-        ValueScale::Logarithmic
+        self.scale
+    }
+
+    fn may_be_drawn(&self, _as_recorded: &ValueFit) -> bool {
+        true
     }
 
     fn fewest(&self) -> usize {
-        1
+        match self.scale {
+            ValueScale::Logarithmic => 1,
+            // Two agree with any line by chance.
+            ValueScale::Linear => 3,
+        }
     }
 
     fn free(&self) -> usize {
@@ -136,7 +158,7 @@ impl MisreadValues for CellCompliances<'_> {
 
     fn fit(
         &mut self,
-        logs: &[NamedValue],
+        values: &[NamedValue],
         keep: &dyn Fn(usize) -> bool,
         suspect: Option<usize>,
         start: Option<&ValueFit>,
@@ -155,7 +177,7 @@ impl MisreadValues for CellCompliances<'_> {
             None => &mut *self.solver,
         };
         let own = self.baseline.parameters();
-        let weights: Vec<f64> = logs
+        let weights: Vec<f64> = values
             .iter()
             .enumerate()
             .map(|(place, one)| if keep(place) { one.u.recip() } else { 0.0 })
@@ -192,13 +214,14 @@ impl MisreadValues for CellCompliances<'_> {
                 baseline: self.baseline,
                 solver: &mut *solver,
                 cells: &self.cells,
-                logs,
+                scale: self.scale,
+                values,
                 weights: &weights,
                 spring,
-                predicted: vec![0.0; logs.len()],
+                predicted: vec![0.0; values.len()],
             };
             let fit = minimise(&mut problem, &set, &settings).ok()?;
-            // The logarithms of the end: the last evaluation may have been a step that was not taken.
+            // The compliances of the end: the last evaluation may have been a step that was not taken.
             let mut residuals = vec![0.0; problem.residual_count()];
             problem.evaluate(&fit.values, &mut residuals, None).ok()?;
             let columns = (0..set.free_indices().len()).filter_map(|one| fit.jacobian_column(one));
@@ -216,11 +239,12 @@ impl MisreadValues for CellCompliances<'_> {
 struct CompliancesOfCells<'a> {
     baseline: &'a dyn Baseline,
     solver: &'a mut dyn PoseSolver,
-    cells: &'a [ValueName],
-    logs: &'a [NamedValue],
+    cells: &'a [&'a ObservedCell],
+    scale: ValueScale,
+    values: &'a [NamedValue],
     weights: &'a [f64],
     spring: Option<&'a Spring>,
-    /// Logarithms of the last evaluation.
+    /// By the last evaluation.
     predicted: Vec<f64>,
 }
 
@@ -246,29 +270,33 @@ impl ResidualFunction for CompliancesOfCells<'_> {
             .solve_for(own, &[])
             .map_err(EvaluationFailure::of_model)?;
         for (place, cell) in self.cells.iter().enumerate() {
-            let axis = cell.component;
             let pose = self.solver.pose(cell.pose);
-            let mut compliance = pose.influence.compliance[axis][axis];
+            let mut compliance = cell.compliance(pose);
             let mut by_spring = 0.0;
             if let (Some(spring), [log]) = (self.spring, of_spring) {
                 // A twist c τ, with τ = m F - k c τ: what a spring adds in a closed loop is bounded.
-                let [square, stiffness] = spring.adds[place];
+                let [product, stiffness] = spring.adds[place];
                 let c = (spring.log_unit + log).exp();
                 let eased = 1.0 + stiffness * c;
-                compliance += square * c / eased;
-                by_spring = square * c / (eased * eased);
+                compliance += product * c / eased;
+                by_spring = product * c / (eased * eased);
             }
-            if compliance.is_nan() || compliance <= 0.0 {
-                return Err(EvaluationFailure::of_model(NotPositive));
-            }
-            let weight = self.weights[place];
-            self.predicted[place] = compliance.ln();
-            residuals[place] = weight * (self.predicted[place] - self.logs[place].value);
-            if let Some(jacobian) = jacobian.as_deref_mut() {
-                for (parameter, gradient) in pose.gradient.iter().enumerate() {
-                    jacobian.set(place, parameter, weight * gradient[axis][axis] / compliance);
+            let (value, slope) = match self.scale {
+                ValueScale::Linear => (compliance, 1.0),
+                ValueScale::Logarithmic if compliance > 0.0 => {
+                    (compliance.ln(), compliance.recip())
                 }
-                jacobian.set(place, known.len(), weight * by_spring / compliance);
+                ValueScale::Logarithmic => return Err(EvaluationFailure::of_model(NotPositive)),
+            };
+            let weight = self.weights[place];
+            self.predicted[place] = value;
+            residuals[place] = weight * (value - self.values[place].value);
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                for parameter in 0..known.len() {
+                    let gradient = pose.gradient(parameter, &cell.read, &cell.load);
+                    jacobian.set(place, parameter, weight * slope * gradient);
+                }
+                jacobian.set(place, known.len(), weight * slope * by_spring);
             }
         }
         let n = self.cells.len();

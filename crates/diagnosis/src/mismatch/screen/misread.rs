@@ -50,7 +50,6 @@ pub(crate) struct NamedValue {
 /// The scale on which values are compared with a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ValueScale {
-    /// The model is linear in its parameters.
     Linear,
     Logarithmic,
 }
@@ -64,7 +63,23 @@ impl ValueScale {
         }
     }
 
-    /// How many times as long values are that are multiplied by a factor (1).
+    /// A value on this scale.
+    pub(crate) fn scaled(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.ln(),
+        }
+    }
+
+    /// What a value of this scale is, and its standard error.
+    pub(crate) fn unscaled(self, value: f64, u: f64) -> (f64, f64) {
+        match self {
+            Self::Linear => (value, u),
+            Self::Logarithmic => (value.exp(), u * value.exp()),
+        }
+    }
+
+    /// How many times as long a value is that is multiplied by a factor (1).
     fn lengthened(self, factor: f64) -> f64 {
         match self {
             Self::Linear => factor.abs(),
@@ -94,6 +109,9 @@ pub(crate) trait MisreadValues {
 
     /// The scale of the values.
     fn scale(&self) -> ValueScale;
+
+    /// Whether a mistake may have drawn the fit so far from where it would be that what is linear about it says little.
+    fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool;
 
     /// How many values the same factor must have changed at least, unless it is one that all agree with.
     fn fewest(&self) -> usize;
@@ -183,13 +201,19 @@ impl Mistake {
         out
     }
 
-    /// How many values of the same places would be such a mistake too, over how many times as long those put right are.
-    fn coincidences(&self, table: &dyn MisreadValues) -> (f64, f64) {
+    /// How many values of the same places would be such a mistake too.
+    fn alike(&self) -> f64 {
         match self.changes.first() {
-            Some((_, ValueChange::Times(factor))) => {
-                (alike(*factor), table.scale().lengthened(*factor))
-            }
-            _ => (1.0, 1.0),
+            Some((_, ValueChange::Times(factor))) => alike(*factor),
+            _ => 1.0,
+        }
+    }
+
+    /// How many times as long each value is that it puts right.
+    fn lengthened(&self, scale: ValueScale) -> f64 {
+        match self.changes.first() {
+            Some((_, ValueChange::Times(factor))) => scale.lengthened(*factor),
+            _ => 1.0,
         }
     }
 
@@ -263,6 +287,35 @@ impl Mistake {
     }
 }
 
+/// By what mistakes are compared: -2 ln of the likelihood of what was read, the scatter fitted with the model.
+///
+/// What agrees once it is multiplied by f has f times the density of what was read: else whatever makes values small would seem to leave little.
+#[derive(Debug, Clone, Copy)]
+struct Likelihood {
+    scale: ValueScale,
+    dof: f64,
+    /// Less than the scatter no fit leaves but by luck.
+    least_variance: f64,
+}
+
+impl Likelihood {
+    fn variance(self, squares: f64) -> f64 {
+        let variance = (squares / self.dof).max(self.least_variance);
+        variance.max(f64::MIN_POSITIVE)
+    }
+
+    /// -2 ln of it, but for a constant.
+    ///
+    /// # Arguments
+    /// - `squares`: what a fit leaves of the values put right.
+    fn deviance(self, mistake: Option<&Mistake>, squares: f64) -> f64 {
+        let longer = mistake.map_or(0.0, |mistake| {
+            mistake.changes.len() as f64 * mistake.lengthened(self.scale).ln()
+        });
+        self.dof * self.variance(squares).ln() - 2.0 * longer
+    }
+}
+
 /// A mistake, fitted.
 struct FittedMistake {
     mistake: Mistake,
@@ -271,23 +324,35 @@ struct FittedMistake {
     fit: ValueFit,
 }
 
+impl FittedMistake {
+    fn deviance(&self, likelihood: Likelihood) -> f64 {
+        likelihood.deviance(Some(&self.mistake), self.fit.squares)
+    }
+}
+
 /// Finds the mistake that was made in a table.
 pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake> {
     let read = table.values().to_vec();
     // One more mistake of the model may be made, and one direction is that of the mistake of the table.
     let dof = read.len().checked_sub(table.free() + 2)?;
     let dof = Some(dof as f64).filter(|dof| *dof > 0.0)?;
+    let likelihood = Likelihood {
+        scale: table.scale(),
+        dof,
+        least_variance: table.least_variance(),
+    };
     let as_recorded = table.fit(&read, &|_| true, None, None)?;
-    let (mistakes, considered) = nearest(table, &as_recorded);
+    let Nearest {
+        mistakes,
+        considered,
+        left,
+    } = nearest(table, &as_recorded, likelihood);
     let tried = (considered * (1 + table.alternatives())) as f64;
-    // Less than the scatter no fit leaves but by luck.
-    let least = table.least_variance();
-    let variance = |squares: f64| (squares / dof).max(least).max(f64::MIN_POSITIVE);
     let chance = |before: f64, after: f64| {
-        let ratio = (before - after).max(0.0) / variance(after);
+        let ratio = (before - after).max(0.0) / likelihood.variance(after);
         chance_of_any(0.5 * f_upper_tail(ratio, 1.0, dof).unwrap_or(1.0), tried)
     };
-    if chance(as_recorded.squares, 0.0) > BAD_READING_LEVEL {
+    if chance(as_recorded.squares, left) > BAD_READING_LEVEL {
         return None;
     }
     let mut fitted: Vec<FittedMistake> = Vec::new();
@@ -301,31 +366,34 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
             fit,
         }));
     }
-    fitted.sort_by(|a, b| a.fit.squares.total_cmp(&b.fit.squares));
+    let by_deviance = |a: &FittedMistake, b: &FittedMistake| {
+        a.deviance(likelihood).total_cmp(&b.deviance(likelihood))
+    };
+    fitted.sort_by(by_deviance);
     fitted.truncate(MISTAKES_FITTED);
     let (_, before) = best_fit(table, &read, &as_recorded)?;
     // A mistake that was made leaves less by itself than any other mistake of the model.
-    fitted.retain(|one| one.fit.squares < before.squares);
+    let without = likelihood.deviance(None, before.squares);
+    fitted.retain(|one| one.deviance(likelihood) < without);
     for one in &mut fitted {
         if let Some((alternative, fit)) = best_fit(table, &one.corrected, &one.fit) {
             (one.alternative, one.fit) = (alternative, fit);
         }
     }
-    fitted.sort_by(|a, b| a.fit.squares.total_cmp(&b.fit.squares));
-    let scale = variance(fitted.first()?.fit.squares);
-    let chosen = unambiguous(&fitted, scale)?;
+    fitted.sort_by(by_deviance);
+    let chosen = unambiguous(&fitted, likelihood)?;
     // The values by themselves: their distance from what all others predict, as recorded and as corrected.
     let changed = chosen.mistake.places();
     let is_other = |place| !changed.contains(&place);
     let (fit, alternative) = (&chosen.fit, chosen.alternative);
     let of_others = table.fit(&chosen.corrected, &is_other, alternative, Some(fit));
     let of_others = of_others.map_or(0.0, |fit| fit.squares);
-    let variance = variance(chosen.fit.squares);
+    let variance = likelihood.variance(chosen.fit.squares);
     let seen = (changed.len() as f64).min(dof);
-    let (alike, lengthened) = chosen.mistake.coincidences(table);
+    let lengthened = chosen.mistake.lengthened(likelihood.scale);
     let near = (chosen.fit.squares - of_others).max(seen * variance);
     let far = (lengthened * (before.squares - of_others)).max(near);
-    let by_coincidence = alike * (near / far).powf(0.5 * seen);
+    let by_coincidence = chosen.mistake.alike() * (near / far).powf(0.5 * seen);
     let p = chance(before.squares, chosen.fit.squares);
     if p > BAD_READING_LEVEL || by_coincidence > BY_COINCIDENCE {
         return None;
@@ -353,11 +421,18 @@ fn best_fit(
     fitted.min_by(|(_, a), (_, b)| a.squares.total_cmp(&b.squares))
 }
 
-/// The mistakes that leave least if the model is linear about its fit to what was recorded; of one that is not also those of whole components, which
-/// that fit takes for its parameters.
-///
-/// Gives the number of those that are considered too.
-fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit) -> (Vec<Mistake>, usize) {
+/// Mistakes that may have been made.
+struct Nearest {
+    mistakes: Vec<Mistake>,
+    /// How many were considered.
+    considered: usize,
+    /// Squares below which none of them leaves less.
+    left: f64,
+}
+
+/// The mistakes that leave least if the model is linear about its fit to what was recorded; where they may have drawn that fit also those of whole
+/// components, which it takes for its parameters.
+fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit, likelihood: Likelihood) -> Nearest {
     let read = table.values();
     let rows = as_recorded.columns.first().map_or(read.len(), Vec::len);
     let of_places = |values: &mut dyn Iterator<Item = (usize, f64)>| {
@@ -373,8 +448,8 @@ fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit) -> (Vec<Mistake>, 
     for column in &as_recorded.columns {
         fitted.set_free(column.clone().into(), COLUMN_LEFT * COLUMN_LEFT);
     }
-    // The squares of the residual less those of the residual as recorded.
-    let delta_chi2 = |mistake: &Mistake| {
+    // The squares of the residual of what was put right.
+    let squares = |mistake: &Mistake| {
         let mut changes = mistake.changes.iter().map(|(place, change)| {
             let own = read[*place].value;
             let right = match change {
@@ -384,32 +459,42 @@ fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit) -> (Vec<Mistake>, 
             (*place, own - right)
         });
         let shift = fitted.shift(of_places(&mut changes).into());
-        2.0 * shift.product + shift.square
+        (as_recorded.squares + 2.0 * shift.product + shift.square).max(0.0)
     };
-    let is_linear = table.scale() == ValueScale::Linear;
+    let is_drawn = table.may_be_drawn(as_recorded);
     let (mut near, mut whole, mut count) = (Vec::new(), Vec::new(), 0);
+    let mut left = if is_drawn { 0.0 } else { as_recorded.squares };
     Mistake::all(table, |mistake| {
         count += 1;
-        let change = delta_chi2(&mistake);
-        if mistake.pose.is_none() && !is_linear {
+        let squares = squares(&mistake);
+        left = f64::min(left, squares);
+        if mistake.pose.is_none() && is_drawn {
             whole.push(mistake);
         } else {
-            let place = near.partition_point(|(other, _)| *other <= change);
+            let deviance = likelihood.deviance(Some(&mistake), squares);
+            let place = near.partition_point(|(other, _)| *other <= deviance);
             if place < MISTAKES_FITTED {
-                near.insert(place, (change, mistake));
+                near.insert(place, (deviance, mistake));
                 near.truncate(MISTAKES_FITTED);
             }
         }
     });
     let near = near.into_iter().map(|(_, mistake)| mistake);
-    (whole.into_iter().chain(near).collect(), count)
+    Nearest {
+        mistakes: whole.into_iter().chain(near).collect(),
+        considered: count,
+        left,
+    }
 }
 
 /// Of the mistakes that explain about as much as the best the one with the fewest values, if the others have all of its values too.
-fn unambiguous(fitted: &[FittedMistake], variance: f64) -> Option<&FittedMistake> {
-    let best = fitted.first()?;
-    let within = best.fit.squares + 2.0 * STRONG_EVIDENCE * variance;
-    let near = || fitted.iter().filter(|one| one.fit.squares <= within);
+fn unambiguous(fitted: &[FittedMistake], likelihood: Likelihood) -> Option<&FittedMistake> {
+    let within = fitted.first()?.deviance(likelihood) + 2.0 * STRONG_EVIDENCE;
+    let near = || {
+        fitted
+            .iter()
+            .filter(|one| one.deviance(likelihood) <= within)
+    };
     let chosen = near().min_by_key(|one| one.mistake.places().len())?;
     let own = chosen.mistake.places();
     near()
@@ -483,6 +568,10 @@ mod tests {
 
         fn scale(&self) -> ValueScale {
             ValueScale::Linear
+        }
+
+        fn may_be_drawn(&self, _as_recorded: &ValueFit) -> bool {
+            false
         }
 
         fn fewest(&self) -> usize {

@@ -99,19 +99,38 @@ impl<'a> ReadingScreen<'a> {
         self.noise_of(&vec![true; self.observations.len()], None)
     }
 
-    /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.
-    pub(crate) fn relative_uncertainties(&self, noise: &ReadingNoise) -> Vec<f64> {
-        let (slope_m, whitening) = (&self.slope_m, self.whitening(noise));
+    /// Compliance of each cell, m/N.
+    pub(crate) fn compliances(&self) -> Vec<f64> {
+        let cells = self.observations.cells.iter();
+        cells
+            .map(|cell| self.compliance[cell.readings.start])
+            .collect()
+    }
+
+    /// Standard error of the compliance of each cell by what its readings have by themselves, m/N.
+    pub(crate) fn compliance_errors(&self, noise: &ReadingNoise) -> Vec<f64> {
+        let whitening = self.whitening(noise);
         let weights = whitening.covariance.weights();
         let of_cell = |cell: &ObservedCell| {
-            let readings = cell.readings.clone();
-            let square: f64 = readings
-                .map(|one| (weights[one] * slope_m[one]).powi(2))
-                .sum();
-            let of_runs = noise.run_slope_sd.powi(2) / cell.runs.len() as f64;
-            (of_runs + square.recip()).sqrt()
+            let forces = cell.readings.clone().map(|reading| {
+                let force_n = self.observations.loads[reading].force_n;
+                (weights[reading] * force_n).powi(2)
+            });
+            forces.sum::<f64>().sqrt().recip()
         };
         self.observations.cells.iter().map(of_cell).collect()
+    }
+
+    /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.
+    pub(crate) fn relative_uncertainties(&self, noise: &ReadingNoise) -> Vec<f64> {
+        let errors = self.compliance_errors(noise).into_iter();
+        let cells = self.observations.cells.iter().zip(errors);
+        let of_cell = |(cell, error): (&ObservedCell, f64)| {
+            let of_runs = noise.run_slope_sd.powi(2) / cell.runs.len() as f64;
+            let by_readings = error / self.compliance[cell.readings.start];
+            (of_runs + by_readings * by_readings).sqrt()
+        };
+        cells.map(of_cell).collect()
     }
 
     /// The readings of a cell that are kept, each against the others.
