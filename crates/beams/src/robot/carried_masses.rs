@@ -87,14 +87,15 @@ pub(super) fn carried_masses(
     masses.chain(payload).collect()
 }
 
-/// The body below one that is no part of a structure.
-pub(super) fn parent(robot: &Robot, body: usize) -> Option<usize> {
-    match &robot.bodies[body].place {
-        BodyPlace::Turned { parent, .. } | BodyPlace::Slid { parent, .. } => Some(*parent),
-        BodyPlace::Along { nodes, .. } => match &robot.nodes[nodes[0]].place {
-            NodePlace::Fixed { body, .. } => Some(*body),
-            NodePlace::Loop { .. } => None,
-        },
-        BodyPlace::Ground => None,
+/// The node of the joint on which a body moves, and the point of the body below in which it is.
+pub(super) fn joint_below(robot: &Robot, body: usize) -> Option<(usize, BodyPoint)> {
+    let node = match robot.bodies[body].place {
+        BodyPlace::Turned { origin, .. } | BodyPlace::Slid { origin, .. } => origin,
+        BodyPlace::Along { nodes, .. } => nodes[0],
+        BodyPlace::Ground => return None,
+    };
+    match robot.nodes[node].place {
+        NodePlace::Fixed { body, at_m } => Some((node, BodyPoint { body, at_m })),
+        NodePlace::Loop { .. } => None,
     }
 }

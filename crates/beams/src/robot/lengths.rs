@@ -113,13 +113,11 @@ impl Robot {
             NodePlace::Loop { .. } => None,
         };
         let ends = |node: usize| {
-            let begins = self.bodies.iter().any(|body| match &body.place {
-                BodyPlace::Turned { origin, .. } | BodyPlace::Slid { origin, .. } => {
-                    *origin == node
-                }
-                _ => false,
-            });
-            begins || node == self.end
+            let origin = |body: &super::Body| match body.place {
+                BodyPlace::Turned { origin, .. } | BodyPlace::Slid { origin, .. } => origin,
+                _ => self.end,
+            };
+            node == self.end || self.bodies.iter().any(|body| origin(body) == node)
         };
         let moved = || points.iter().map(|(node, _)| *node);
         let is_alone = |node: usize| {

@@ -2,7 +2,7 @@
 
 use stiffbench_numeric::vector::{norm, subtract};
 
-use super::carried_masses::parent;
+use super::carried_masses::joint_below;
 use crate::structure::{Attachment, Node, RigidMember, Structure, Support};
 
 use super::Robot;
@@ -10,7 +10,7 @@ use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
 use super::hinges::{HingePlace, ModelHinge};
 use super::loads::BodyPoint;
-use super::model::{Mechanism, NodePlace};
+use super::model::{BodyPlace, Mechanism, NodePlace};
 
 /// Nodes, hinges and rigid members of a structure.
 pub(super) struct StructureParts<'a> {
@@ -103,25 +103,25 @@ impl<'a> StructureParts<'a> {
         }
     }
 
-    /// Where what is fixed at a point of a body hangs: on the nearest node of its members, else on the next body below; `None` on the ground.
+    /// Where what is fixed at a point of a body hangs: on the nearest node of its members, else, where its joint is, on the next body below;
+    /// `None` on the ground. A node that moves along the body is taken only if there is no other.
     pub(super) fn hangs(&self, point: &BodyPoint) -> Option<Attachment> {
-        let mut body = point.body;
-        loop {
-            let members = self.mechanism.bodies_and_nodes(self.robot);
-            let own = members.filter(|(known, _)| *known == body);
-            let distance_m = |node: &usize| match &self.robot.nodes[*node].place {
-                NodePlace::Fixed { body: on, at_m } if *on == body && body == point.body => {
-                    norm(subtract(*at_m, point.at_m))
-                }
-                _ => f64::INFINITY,
-            };
-            let nearest = own
-                .flat_map(|(_, nodes)| nodes)
-                .min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
-            if let Some(node) = nearest {
-                return Some(self.attachment(node, Some(body)));
-            }
-            body = parent(self.robot, body)?;
+        let BodyPoint { body, at_m } = *point;
+        let joint = joint_below(self.robot, body);
+        let turns = !matches!(self.robot.bodies[body].place, BodyPlace::Slid { .. });
+        let distance_m = |node: &usize| match &self.robot.nodes[*node].place {
+            NodePlace::Fixed { body: on, at_m: m } if *on == body => norm(subtract(*m, at_m)),
+            _ if turns && joint.is_some_and(|(own, _)| own == *node) => norm(at_m),
+            _ => f64::INFINITY,
+        };
+        let members = self.mechanism.bodies_and_nodes(self.robot);
+        let own = members.filter(|(known, _)| *known == body);
+        let nearest = own
+            .flat_map(|(_, nodes)| nodes)
+            .min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
+        match nearest {
+            Some(node) => Some(self.attachment(node, Some(body))),
+            None => self.hangs(&joint?.1),
         }
     }
 
