@@ -48,13 +48,14 @@ nightly-sessions:
     cargo run --release --locked --bin stiffbench-validate -- faults
     timeout 600 examples/shards/check.sh target/release/stiffbench || test $? = 77
 
-# Exported models in MuJoCo, PyBullet and URDF readers
+# Exported models in MuJoCo, PyBullet and URDF readers, compliance and sag in OpenSees (needs libblas3, liblapack3)
 nightly-robots:
     cargo build --release --locked
     python3 -m venv target/nightly/robots
-    target/nightly/robots/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
+    target/nightly/robots/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet openseespy
     target/nightly/robots/bin/python tests/mujoco/check.py target/release/stiffbench
     target/nightly/robots/bin/python tests/urdf/check.py target/release/stiffbench
+    target/nightly/robots/bin/python tests/opensees/check.py target/release/stiffbench
 
 # The wheel, the book, other systems, the oldest Rust, licences and the packages
 nightly-packages: wheel book systems msrv deny package

@@ -1,7 +1,7 @@
 //! End compliance, node positions, forces and reactions against OpenSees, on the shipped robots.
 //!
-//! The numbers in `fixtures/opensees` were made by `fixtures/opensees/generate.py`, which reads the robot files with its own
-//! reader, its own kinematics and OpenSees' elements.
+//! The numbers in `fixtures/opensees` were made by `fixtures/opensees/generate.py`, those of random robots by `tests/opensees/check.py`. Both
+//! read the robot files with their own reader, their own kinematics and OpenSees' elements.
 
 #![expect(
     clippy::unwrap_used,
@@ -11,9 +11,13 @@
 
 use std::collections::BTreeMap;
 
-use stiffbench_beams::robot::{JointModel, MultiPosePredictor, Pose, Predictor, Robot, Theory};
+use stiffbench_beams::robot::{
+    FittingFactors, JointModel, MultiPosePredictor, Pose, Predictor, Robot, Theory,
+};
 use stiffbench_beams::structure::Compliance6;
-use stiffbench_test_files::shipped_robot;
+use stiffbench_numeric::vector::norm;
+use stiffbench_test_files::{shipped_robot, text};
+use stiffbench_units_and_text::source_text::SourceText;
 
 type Row = BTreeMap<String, String>;
 
@@ -129,6 +133,41 @@ fn timoshenko_beams() {
         |_| 1e-8,
     );
     assert!(count >= 18, "{count} rows");
+}
+
+/// Hinges, slides, rows of Denavit and Hartenberg, beams and rigid links, with springs everywhere.
+#[test]
+fn random_robots() {
+    let rows = rows("random_robots.csv");
+    for row in &rows {
+        let file = format!("fixtures/cases/random-robots/{}.toml", row["robot"]);
+        let robot = Robot::parse(&SourceText::new(&*file, text(&file))).unwrap();
+        let theory = match row["theory"].as_str() {
+            "timoshenko" => Theory::Timoshenko,
+            _ => Theory::EulerBernoulli,
+        };
+        let (mechanism, unit) = (robot.mechanism(None).unwrap(), FittingFactors::UNIT);
+        let mut predictor =
+            Predictor::with(&robot, mechanism, &JointModel::Rigid, theory, &unit).unwrap();
+        predictor.place(&robot.poses[0].pose).unwrap();
+        // Rigid joints of OpenSees are stiff springs here: they leave 3e-8 (tests/opensees/check.py).
+        let difference = predictor.compliance().relative_difference(&compliance(row));
+        assert!(difference < 1e-6, "{file}: compliance {difference:e}");
+        let (solver, model) = predictor.parts();
+        let mass = model.mass_kg() / number(row, "mass_kg");
+        assert!((mass - 1.0).abs() < 1e-12, "{file}: {mass}");
+        // The sag there is that of beams without shear.
+        if theory == Theory::EulerBernoulli {
+            let found = solver.end_displacement(&model.weight());
+            for keys in [["ux", "uy", "uz"], ["rx", "ry", "rz"]] {
+                let first = usize::from(keys[0] == "rx") * 3;
+                let expected = keys.map(|key| number(row, &format!("sag_{key}")));
+                let apart = norm([0, 1, 2].map(|i| found[first + i] - expected[i]));
+                assert!(apart < 1e-6 * norm(expected), "{file}: sag {found:?}");
+            }
+        }
+    }
+    assert_eq!(rows.len(), 6);
 }
 
 #[test]
