@@ -10,6 +10,7 @@ use super::detection_limits::{DetectionLimitReport, UnseenReason};
 use super::page::capital;
 use super::phrases::{impossible, listed};
 use crate::analysis::{DiagnosisReport, Subject};
+use crate::count::hours_and_minutes;
 
 /// Expected log likelihood ratio beyond which a plan decides whatever it is.
 const MOST_LOG_LR: f64 = 100.0;
@@ -155,9 +156,9 @@ pub(in crate::report) fn next_plans(
         };
         let file = plan.file.as_ref();
         let sentence = format!(
-            "{}. About {:.0} minutes{by_hand}; {worth} {}.{}",
+            "{}. About {}{by_hand}; {worth} {}.{}",
             capital(&plan.plan),
-            plan.minutes,
+            hours_and_minutes(plan.minutes),
             listed(&pairs, "and"),
             file.map_or_else(String::new, |file| format!(" {written}: {file}."))
         );
