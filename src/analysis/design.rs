@@ -14,7 +14,7 @@ use crate::test_point::{Branch, Direction, PoseId};
 
 use super::error::AnalysisError;
 use super::model::ResolvedModel;
-use super::procedure::named_procedure;
+use super::procedure::{named_procedure, state_joint_values};
 
 /// Steps of the gauges of a bench of which nothing is known yet: a dial gauge of 10 µm, a force gauge of a tenth of a newton.
 const USUAL_STEPS: GaugeSteps = GaugeSteps {
@@ -145,7 +145,15 @@ pub(super) fn proposals(
         .unwrap_or_default();
     let mut next = next_measurements(&bench, done, diagnosis, &base)?;
     let mut files: Vec<(String, String)> = Vec::new();
+    let filed = Robot::parse(&model.source).ok();
+    let is_filed = |pose: &PoseId| filed.as_ref().is_some_and(|robot| robot.pose(pose).is_ok());
     for proposal in &mut next {
+        // Poses of a table are not in the robot file.
+        if let Some(procedure) = &mut proposal.procedure
+            && !procedure.poses.iter().flatten().all(is_filed)
+        {
+            state_joint_values(&model.robot, procedure)?;
+        }
         proposal.file = proposal.procedure.as_ref().map(|procedure| {
             let text = procedure.to_toml();
             // The same procedure is written once.
