@@ -351,7 +351,7 @@ fn refuse_laws_of_free_joints(physics: &ActingPhysics) -> Result<(), ArgumentErr
         None => Ok(()),
         Some(effect) => Err(ArgumentError::new(
             "--pinned",
-            format!("{} says how its joint turns", effect.title()),
+            format!("{} says how its joint moves", effect.title()),
             "leave out --pinned, or the effect",
         )),
     }

@@ -6,6 +6,7 @@ use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FactorStatus, FitMethod, FitOutcome, StatusWord, WeightBasis};
 use crate::fit::{PlannedLoadCase, ProposedWithin};
 use crate::least_squares::SigmaMode;
+use crate::robot::JointMotion;
 use crate::test_point::PoseId;
 
 use super::correlation::correlations;
@@ -449,9 +450,13 @@ pub(super) fn tool_words(tool_m: [f64; 3]) -> String {
 
 /// The pose of a planned load case by its joints.
 pub(super) fn joint_words(next: &PlannedLoadCase) -> String {
-    let joints = next.joints_deg.iter();
+    let joints = next.joints_deg.iter().zip(&next.motions);
     let joints: Vec<String> = joints
-        .map(|(name, value)| format!("{name} {value}"))
+        .map(|((name, value), motion)| match motion {
+            JointMotion::Turns => format!("{name} {value}°"),
+            // Values are whole micrometres.
+            JointMotion::Slides => format!("{name} {} mm", (1e6 * value).round() / 1e3),
+        })
         .collect();
     joints.join(", ")
 }

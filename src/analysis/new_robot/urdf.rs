@@ -75,8 +75,14 @@ pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
     }
     if source.text.contains('\0') {
         let message = "this is not UTF-8 text: it has zero bytes, as UTF-16 has".to_owned();
-        let help = "save it in UTF-8, for example: iconv -f UTF-16LE -t UTF-8 FILE > NEW";
-        return Err(error(0, message, help));
+        let order = if source.text.starts_with('\0') {
+            "BE"
+        } else {
+            "LE"
+        };
+        let help =
+            format!("save it in UTF-8, for example: iconv -f UTF-16{order} -t UTF-8 FILE > NEW");
+        return Err(error(0, message, &help));
     }
     let text = tolerated(&source.text);
     let document = Document::parse(&text).map_err(|problem| {

@@ -11,6 +11,9 @@ use crate::statistics::Estimate;
 use super::paper;
 use super::{MapReport, unit_of};
 
+/// Share of a stiffness up to which its differences are those of rounding.
+const SAME: f64 = 1e-9;
+
 impl MapReport<'_> {
     /// Statistics, where the extremes and regions lie, and the paper's tables.
     #[must_use]
@@ -245,7 +248,21 @@ impl MapReport<'_> {
         };
         let range = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let rows = self.directions().flat_map(|(study, found)| {
+        let (same, divided): (Vec<_>, Vec<_>) = self.directions().partition(|(_, found)| {
+            let [least, most] = [&found.statistics.smallest, &found.statistics.largest];
+            most.stiffness_n_per_m <= (1.0 + SAME) * least.stiffness_n_per_m
+        });
+        for (study, found) in same {
+            document.paragraph(format!(
+                "The stiffness of mechanism {} {} is the same in every pose: it has no regions.",
+                study.map.mechanism,
+                direction_words(&found.column)
+            ));
+        }
+        if divided.is_empty() {
+            return;
+        }
+        let rows = divided.into_iter().flat_map(|(study, found)| {
             let regions = found.regions.iter();
             regions.map(move |region| (&study.map.mechanism, &found.column, region))
         });

@@ -5,7 +5,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use stiffbench_beams::physics::{Mechanics, PoseMechanics};
-use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Robot, RobotError};
+use stiffbench_beams::robot::{
+    FittingFactors, JointMotion, Mechanism, ModelParameter, Pose, Robot, RobotError,
+};
 use stiffbench_numeric::statistics::median;
 use stiffbench_numeric::vector::{along6, dot6};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -46,6 +48,9 @@ pub struct PlannedLoadCase {
     pub pose: Pose,
     /// Values of the variables of the robot file in this pose, degrees or m, without what rounding left.
     pub joints_deg: IndexMap<String, f64>,
+    /// How each of them moves.
+    #[serde(skip)]
+    pub motions: Vec<JointMotion>,
     /// Axis of the base along which to load.
     pub direction: Direction,
     /// The tool centre in this pose, in the axes of the base, m.
@@ -289,6 +294,7 @@ fn plan(
         planned.push(PlannedLoadCase {
             name: at.name.clone(),
             joints_deg: joints_deg(robot.0, &at.pose),
+            motions: robot.0.variables.iter().map(|own| own.motion).collect(),
             pose: at.pose.clone(),
             tool_m: at.tool_m,
             direction,

@@ -74,7 +74,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("play in {at}"),
         heading: |place| format!("play in {place}"),
-        explanation: "Once the moment on the joint exceeds the seat moment, the joint turns freely through its play; then it carries load again.",
+        explanation: "Once the load on the joint exceeds the seat moment, the joint moves freely through its play; then it carries load again.",
     },
     check: Some(ACROSS_THE_JOINT),
 };

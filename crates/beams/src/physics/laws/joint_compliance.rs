@@ -34,7 +34,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("a compliant {at}"),
         heading: |place| format!("a compliant {place}"),
-        explanation: "The joint turns in proportion to the moment on it, like a spring; the model takes it as rigid.",
+        explanation: "The joint gives way in proportion to the load on it, like a spring; the model takes it as rigid.",
     },
     check: Some(ACROSS_THE_JOINT),
 };
@@ -65,8 +65,8 @@ pub(super) const OF_A_JOINT: LawFigure = LawFigure {
 };
 
 pub(super) const UNSEEN_AT_JOINT: (&str, &str) = (
-    "even if the joint turned freely, the readings would hardly change, or the fitted factors would absorb the change",
-    "measure poses in which the load puts a larger moment on the joint, or load and read the linkage next to it",
+    "even if the joint moved freely, the readings would hardly change, or the fitted factors would absorb the change",
+    "measure poses in which the load acts more strongly on the joint, or load and read the linkage next to it",
 );
 
 pub(super) const NO_SUCH_JOINT: (&str, Option<&str>) = (

@@ -30,7 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: plausible_ratio,
-                reason: "between minus half and twenty times the linear part at the largest moment: below that the joint would turn backwards",
+                reason: "between minus half and twenty times the linear part at the largest moment: below that the joint would move backwards",
             },
             typical: Typical {
                 value: |scale| 0.8e-12 / scale.moment_nm,
@@ -61,7 +61,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             _ => format!("{} whose stiffness changes with the load", one_of(at)),
         },
         heading: |place| format!("nonlinearity of {place}"),
-        explanation: "The joint turns with the moment on it, but not in proportion: it has a linear and a quadratic part.",
+        explanation: "The joint gives way under the load on it, but not in proportion: it has a linear and a quadratic part.",
     },
     check: Some(ACROSS_THE_JOINT),
 };
