@@ -162,7 +162,11 @@ impl ConformityStatement {
         for one in &self.requirements {
             let cells = [&one.pose, &one.direction, &one.limits, &one.stiffness];
             let cells = cells.map(|cell| TableCell::from(cell.clone()));
-            rows.row(cells.into_iter().chain([TableCell::marked(one.words)]));
+            let decision = match one.decision {
+                ConformityDecision::Pass => TableCell::from(one.words.to_owned()),
+                _ => TableCell::marked(one.words),
+            };
+            rows.row(cells.into_iter().chain([decision]));
         }
         document.table(rows);
         document
