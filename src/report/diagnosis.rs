@@ -21,6 +21,7 @@ use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::DiagnosisAnswer;
+pub(super) use appendix::detection_limits_document;
 pub use appendix::diagnosis_appendix;
 pub(super) use data_findings::DataFindingKind;
 pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};

@@ -2,13 +2,12 @@
 
 use indexmap::IndexSet;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::statistics::Estimate;
+use crate::reported::Reported;
 use crate::stiffness::{
-    BudgetRow, CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
-    StiffnessTable,
+    BudgetRow, CellStiffness, Flag, Method, PooledScatter, RowUse, StiffnessTable,
 };
 
 use super::text::{or_dash, significant, value_and_u};
@@ -31,7 +30,7 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
     }
     let rows = table.cells.iter().map(|cell| {
         let methods = [Method::Regression, Method::PaperMean];
-        (cell, methods.map(|method| columns(cell.by(method))))
+        (cell, methods.map(|method| printed(&reported(cell, method))))
     });
     document.rows(
         rows,
@@ -84,13 +83,13 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
         ));
     }
     if with_budget {
-        add_budgets(&mut document, table);
+        document.section("Uncertainty budget", budget_document(table));
     }
     document
 }
 
 /// What the columns of the table are.
-const ABOUT_UNCERTAINTY: &str = "U is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It includes scatter from run to run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of F/d: the paper's mean of force over displacement.";
+const ABOUT_UNCERTAINTY: &str = "U is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof), of which the table has whole numbers. It includes scatter from run to run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of F/d: the paper's mean of force over displacement.";
 
 /// The scatter of single readings, and how far off one must be to be found.
 fn scatter_words(pooled: Option<&PooledScatter>) -> String {
@@ -126,6 +125,14 @@ fn is_without_scatter(cell: &CellStiffness) -> bool {
     found.is_ok_and(|found| found.estimate.standard_uncertainty == 0.0)
 }
 
+/// The stiffness of a cell, N/µm.
+pub(super) fn reported(cell: &CellStiffness, method: Method) -> Reported {
+    match cell.by(method) {
+        Ok(found) => Reported::from_estimate(&found.estimate, N_PER_UM, "N/um"),
+        Err(reason) => Reported::missing("N/um", reason.to_string()),
+    }
+}
+
 /// The flags of a cell, those of one rule in one line with their number.
 pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
     let rules: IndexSet<&str> = cell.flags.iter().map(Flag::rule).collect();
@@ -146,95 +153,110 @@ pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
     rules.into_iter().filter_map(line).collect()
 }
 
-/// Value, U, k and dof of an estimate.
-fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
-    let Ok(StiffnessEstimate { estimate, .. }) = result else {
-        return ["-"; 4].map(str::to_owned);
-    };
-    let expanded = estimate.expanded_95().map(|u| u / N_PER_UM);
-    let [value, u] = value_and_u([Some(estimate.value / N_PER_UM), expanded], 5, "-");
+/// Value, U, k and dof of a stiffness in N/µm, as printed.
+pub(super) fn printed(stiffness: &Reported) -> [String; 4] {
+    let both = [stiffness.value, stiffness.expanded_uncertainty];
+    let [value, u] = value_and_u(both, 5, "-");
     if u == "-" {
         return [value, u.clone(), u.clone(), u];
     }
-    let k = or_dash(estimate.coverage_factor_95(), |k| format!("{k:.2}"));
-    let dof = dof_with_k(estimate.dof).unwrap_or_else(|| "∞".to_owned());
-    [value, u, k, dof]
+    let k = or_dash(stiffness.k, |k| format!("{k:.2}"));
+    [value, u, k, whole_dof(stiffness.dof)]
 }
 
-/// Degrees of freedom that a coverage factor with two decimals goes with: whole numbers as they are, others with so many decimals, at
-/// least one, that k of what is printed is the printed k. `None` for infinite ones.
-pub(super) fn dof_with_k(dof: f64) -> Option<String> {
-    let k = |dof| {
-        let estimate = Estimate {
-            value: 0.0,
-            standard_uncertainty: 1.0,
-            dof,
-        };
-        estimate.coverage_factor_95().map(|k| format!("{k:.2}"))
-    };
-    if !dof.is_finite() {
-        return None;
-    }
+/// Degrees of freedom, rounded down to whole ones (GUM, G.4.1); `None` are infinite.
+fn whole_dof(dof: Option<f64>) -> String {
+    // Student's k for 95 % is then within 0.0003 of that of the normal distribution.
+    const INFINITE: f64 = 1e4;
     // Sums leave a whole number off by their rounding.
-    if (dof - dof.round()).abs() < 1e-9 * dof {
-        return Some(format!("{dof:.0}"));
+    let whole = dof.map(|dof| (dof * (1.0 + 1e-9)).floor());
+    match whole.filter(|whole| *whole < INFINITE) {
+        Some(whole) => format!("{whole:.0}"),
+        None => "∞".to_owned(),
     }
-    let agrees = |text: &String| text.parse().is_ok_and(|printed: f64| k(printed) == k(dof));
-    // Beyond six decimals Student's quantile does not change in the digits that are printed, even close to one degree of freedom.
-    let mut texts = (1..=6).map(|decimals| format!("{dof:.decimals$}"));
-    texts.find(agrees).or_else(|| Some(format!("{dof:.6}")))
 }
 
-/// Uncertainty budgets of the regression stiffness.
-fn add_budgets(document: &mut Document, table: &StiffnessTable) {
-    let contribution = |row: &&BudgetRow| match row.standing {
-        RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
-        RowUse::InRepeatability => "in repeatability".to_owned(),
-        RowUse::NotStated => "not stated".to_owned(),
-        RowUse::NoEffect => "no effect".to_owned(),
+/// Uncertainty budget of the stiffness by regression: a row for each cell, a column for each source that counts in any; why the others do not.
+pub(super) fn budget_document(table: &StiffnessTable) -> Document {
+    let found = table.cells.iter();
+    let found = found.filter_map(|row| Some((row, row.by(Method::Regression).ok()?)));
+    let found: Vec<_> = found.collect();
+    let Some((_, first)) = found.first() else {
+        return Document::new();
     };
-    for cell in &table.cells {
-        let Ok(found) = cell.by(Method::Regression) else {
-            continue;
-        };
-        document.paragraph(format!(
-            "Budget of {} (K by regression, standard uncertainties):",
-            cell.cell
-        ));
-        document.rows(
-            &found.budget.rows,
-            &[
-                ("source", &|row| row.source.to_string()),
-                ("type", &|row| format!("{:?}", row.evaluation)),
-                ("distribution", &|row| {
-                    format!("{:?}", row.distribution).to_lowercase()
-                }),
-                ("contribution, N/µm", &contribution),
-                ("dof", &|row| match row.dof {
-                    f64::INFINITY => "∞".to_owned(),
-                    dof => significant(dof, 3),
-                }),
-                ("share, %", &|row| format!("{:.1}", row.share_percent)),
-            ],
-        );
+    let counts = |place: &usize| {
+        let mut rows = found
+            .iter()
+            .filter_map(|(_, one)| one.budget.rows.get(*place));
+        rows.any(|row| row.standing == RowUse::Counted)
+    };
+    let (counted, others): (Vec<usize>, Vec<usize>) =
+        (0..first.budget.rows.len()).partition(counts);
+    let sources = counted.iter().map(|place| {
+        let row = &first.budget.rows[*place];
+        let distribution = format!("{:?}", row.distribution).to_lowercase();
+        format!("{} ({:?}, {distribution})", row.source, row.evaluation)
+    });
+    let heads = std::iter::once("pose, direction".to_owned()).chain(sources);
+    let heads: Vec<String> = heads
+        .chain(["combined", "dof"].map(str::to_owned))
+        .collect();
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    let mut rows = Table::new(&heads);
+    for (row, one) in &found {
+        let own = counted
+            .iter()
+            .filter_map(|place| one.budget.rows.get(*place));
+        let combined = significant(one.estimate.standard_uncertainty / N_PER_UM, 3);
+        let cells = std::iter::once(row.cell.to_string()).chain(own.map(contribution));
+        rows.row(cells.chain([combined, whole_dof(Some(one.estimate.dof))]));
+    }
+    let mut document = Document::of(
+        "Standard uncertainties of K by regression in N/µm, in parentheses the share of the variance. A: from the scatter of readings; B: from other knowledge.",
+    );
+    document.table(rows);
+    for place in others {
+        let row = &first.budget.rows[place];
+        document.pair(row.source.to_string(), use_words(row.standing));
+    }
+    document
+}
+
+/// A contribution with its share, or why it does not count.
+fn contribution(row: &BudgetRow) -> String {
+    match row.standing {
+        RowUse::Counted => format!(
+            "{} ({:.1} %)",
+            significant(row.contribution_n_per_m / N_PER_UM, 3),
+            row.share_percent
+        ),
+        other => use_words(other).to_owned(),
+    }
+}
+
+fn use_words(standing: RowUse) -> &'static str {
+    match standing {
+        RowUse::Counted => "counted",
+        RowUse::InRepeatability => "shows in the repeatability, counted there",
+        RowUse::NotStated => "not stated, not in U",
+        RowUse::NoEffect => "no effect on K by regression",
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statistics::student_t_quantile;
 
     #[test]
-    fn the_printed_degrees_of_freedom_have_the_printed_k() {
-        let k = |dof: f64| format!("{:.2}", student_t_quantile(0.975, dof).unwrap());
-        for step in 0..4000 {
-            let dof = 1.0 + 0.0137 * f64::from(step);
-            let printed = dof_with_k(dof).unwrap();
-            assert_eq!(k(printed.parse().unwrap()), k(dof), "{dof}: {printed}");
+    fn degrees_of_freedom_are_whole_or_infinite() {
+        for (dof, words) in [
+            (4.0 - 1e-12, "4"),
+            (2.174, "2"),
+            (11.9, "11"),
+            (741_710.9, "∞"),
+            (f64::INFINITY, "∞"),
+        ] {
+            assert_eq!(whole_dof(Some(dof)), words);
         }
-        assert_eq!(dof_with_k(4.0).unwrap(), "4");
-        assert_eq!(dof_with_k(4.6).unwrap(), "4.6");
-        assert_eq!(dof_with_k(f64::INFINITY), None);
     }
 }

@@ -78,6 +78,11 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
                 data.as_object_mut().unwrap().shift_remove("mark_sentences");
                 let session = data["sessions"][0].as_object_mut().unwrap();
                 session.shift_remove("origin");
+                let body = data["body"].as_array_mut().unwrap();
+                body.retain(|block| {
+                    let text = block["text"].as_str().unwrap_or_default();
+                    !text.starts_with("Not measured")
+                });
             });
             let lines = p.split_inclusive('\n').filter(|line| {
                 !["class=\"mark\"", "Not measured", "<p><strong>SIMULATED"]
@@ -86,7 +91,7 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
             });
             lines
                 .collect::<String>()
-                .replace("<div class=\"warning\">\n</div>\n", "")
+                .replace("<div class=\"box\">\n</div>\n", "")
         },
         [0, 30, 30],
     ),
@@ -127,6 +132,23 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
         "number in a figure",
         |p| with_drawing(p, |svg| svg.replacen("</text>", "9</text>", 1)),
         [0, 30, 11],
+    ),
+    (
+        "digit of the answer",
+        |p| p.replace("Smallest: K = (", "Smallest: K = (9"),
+        [0, 30, 30],
+    ),
+    (
+        "cell of the results",
+        |p| {
+            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
+            let mut blocks = data["body"].as_array().unwrap().iter();
+            let table = blocks.find(|block| block["head"][3] == "K, N/µm").unwrap();
+            let k = table["rows"][0][3].as_str().unwrap();
+            p.replace(&format!(">{k}</td>"), &format!(">9{k}</td>"))
+                .replace(&format!("\"{k}\""), &format!("\"9{k}\""))
+        },
+        [0, 30, 30],
     ),
     (
         "two figures swapped",
@@ -240,7 +262,7 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
     ),
     (
         "style that hides",
-        |p| p.replacen("</style>", ".warning { display: none; }</style>", 1),
+        |p| p.replacen("</style>", ".box { display: none; }</style>", 1),
         [30; 3],
     ),
     (

@@ -38,7 +38,7 @@ fn stiffness_fit_and_compare() {
     both(
         &desk,
         "stiffness session --budget --branches both",
-        &["Budget of P1 x", "repeatability"],
+        &["combined", "repeatability"],
         "stiffness",
     );
     both(

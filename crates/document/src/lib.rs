@@ -1,6 +1,7 @@
 //! A result for people, once: headings, paragraphs, lists and tables. A terminal shows it as text that is Markdown at the same time, so that it can be
-//! pasted; a report puts its blocks into a page.
+//! pasted; a report is the same blocks in HTML, Markdown or Typst.
 
+mod markup;
 mod table;
 mod terminal;
 mod units;
@@ -8,7 +9,8 @@ mod units;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-pub use table::{Table, TextColumn, table_of};
+pub use markup::{Markup, misleads};
+pub use table::{ColumnKind, Table, TableCell, TextColumn, table_of};
 pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.
@@ -17,11 +19,20 @@ pub use units::{ascii_units, in_ascii, sign_of};
 pub enum DocumentBlock {
     /// A heading.
     Heading {
+        /// 1 for a section, 2 for a part of one, and so on.
+        level: usize,
         /// Its words, as in a sentence.
         text: String,
     },
     /// A paragraph.
     Paragraph {
+        /// Its words.
+        text: String,
+    },
+    /// A paragraph that stands out.
+    Note {
+        /// What it is.
+        note: NoteKind,
         /// Its words.
         text: String,
     },
@@ -40,8 +51,31 @@ pub enum DocumentBlock {
         /// The lines.
         lines: Vec<String>,
     },
+    /// A figure. Its drawing is no text: it belongs to what holds the document, under the same name.
+    Figure {
+        /// Name, also of its file.
+        name: String,
+        /// What it shows.
+        title: String,
+        /// Whether it is higher than wide, so that it needs most of a printed page.
+        tall: bool,
+    },
     /// A table.
     Table(Table),
+}
+
+/// What a paragraph is that stands out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum NoteKind {
+    /// A result.
+    Answer,
+    /// What follows from the results.
+    Verdict,
+    /// What no reader must overlook.
+    Warning,
+    /// What explains something else.
+    Remark,
 }
 
 /// The blocks of a document in their order.
@@ -89,13 +123,33 @@ impl Document {
     /// Adds a heading.
     pub fn heading(&mut self, text: impl Into<String>) {
         let text = text.into();
-        self.blocks.push(DocumentBlock::Heading { text });
+        self.blocks.push(DocumentBlock::Heading { level: 1, text });
+    }
+
+    /// Adds another document under a heading, its own headings a level lower; nothing if it has no block.
+    pub fn section(&mut self, heading: impl Into<String>, mut inner: Self) {
+        if inner.is_empty() {
+            return;
+        }
+        for block in &mut inner.blocks {
+            if let DocumentBlock::Heading { level, .. } = block {
+                *level += 1;
+            }
+        }
+        self.heading(heading);
+        self.append(inner);
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: impl Into<String>) {
         let text = text.into();
         self.blocks.push(DocumentBlock::Paragraph { text });
+    }
+
+    /// Adds a paragraph that stands out.
+    pub fn note(&mut self, note: NoteKind, text: impl Into<String>) {
+        let text = text.into();
+        self.blocks.push(DocumentBlock::Note { note, text });
     }
 
     /// Adds an entry to the list at the end, or begins one.
@@ -133,9 +187,16 @@ impl Document {
         self.lines(format!("Next: stiffbench {command}"));
     }
 
+    /// Adds a figure.
+    pub fn figure(&mut self, name: impl Into<String>, title: impl Into<String>, tall: bool) {
+        let (name, title) = (name.into(), title.into());
+        self.blocks
+            .push(DocumentBlock::Figure { name, title, tall });
+    }
+
     /// Adds a table.
     pub fn table(&mut self, table: Table) {
-        self.blocks.push(DocumentBlock::Table(table));
+        self.blocks.push(DocumentBlock::Table(table.with_kinds()));
     }
 
     /// Adds a table of rows.

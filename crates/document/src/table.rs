@@ -10,8 +10,54 @@ use serde::Serialize;
 pub struct Table {
     /// Its column heads.
     head: Vec<String>,
+    /// What stands in each column.
+    columns: Vec<ColumnKind>,
     /// Its rows.
-    rows: Vec<Vec<String>>,
+    rows: Vec<Vec<TableCell>>,
+}
+
+/// What stands in a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ColumnKind {
+    /// Words, which begin on the left.
+    Words,
+    /// Numbers, which end on the right.
+    Numbers,
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TableCell {
+    /// A text.
+    Plain(String),
+    /// A text that stands out: a decision, or something that is missing.
+    Marked {
+        /// The text.
+        marked: String,
+    },
+}
+
+impl TableCell {
+    /// A text that stands out.
+    #[must_use]
+    pub fn marked(text: impl Into<String>) -> Self {
+        let marked = text.into();
+        Self::Marked { marked }
+    }
+
+    fn text(&self) -> &str {
+        match self {
+            Self::Plain(text) | Self::Marked { marked: text } => text,
+        }
+    }
+}
+
+impl From<String> for TableCell {
+    fn from(text: String) -> Self {
+        Self::Plain(text)
+    }
 }
 
 impl Table {
@@ -20,13 +66,34 @@ impl Table {
     pub fn new(heads: &[&str]) -> Self {
         Self {
             head: heads.iter().map(|&head| head.to_owned()).collect(),
+            columns: vec![ColumnKind::Words; heads.len()],
             rows: Vec::new(),
         }
     }
 
     /// Adds a row.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        self.rows.push(cells.into_iter().collect());
+    pub fn row<C: Into<TableCell>>(&mut self, cells: impl IntoIterator<Item = C>) {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+    }
+
+    /// With the kinds of its columns.
+    pub(crate) fn with_kinds(self) -> Self {
+        Self {
+            columns: self.kinds(),
+            ..self
+        }
+    }
+
+    /// The kinds of the columns, from their cells; the first names the rows.
+    fn kinds(&self) -> Vec<ColumnKind> {
+        let kind = |place| {
+            if place > 0 && self.is_of_numbers(place) {
+                ColumnKind::Numbers
+            } else {
+                ColumnKind::Words
+            }
+        };
+        (0..self.head.len()).map(kind).collect()
     }
 
     /// As a terminal shows it, each line ended.
@@ -35,15 +102,14 @@ impl Table {
         let mut table = comfy_table::Table::new();
         table.load_style(ASCII_MARKDOWN);
         table.set_header(self.head.iter().map(|head| in_one_cell(head)));
-        for (place, column) in table.column_iter_mut().enumerate() {
-            column.set_cell_alignment(if place > 0 && self.is_of_numbers(place) {
-                CellAlignment::Right
-            } else {
-                CellAlignment::Left
+        for (column, kind) in table.column_iter_mut().zip(self.kinds()) {
+            column.set_cell_alignment(match kind {
+                ColumnKind::Numbers => CellAlignment::Right,
+                ColumnKind::Words => CellAlignment::Left,
             });
         }
         for row in &self.rows {
-            table.add_row(row.iter().map(|cell| in_one_cell(cell)));
+            table.add_row(row.iter().map(|cell| in_one_cell(cell.text())));
         }
         format!("{table}\n")
     }
@@ -52,6 +118,7 @@ impl Table {
     /// `never`. A dash stands for either.
     fn is_of_numbers(&self, place: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(place));
+        let cells = cells.map(TableCell::text);
         let cells = cells.map(|cell| cell.trim_start_matches(['-', '+', '<', ' ']));
         let cells: Vec<&str> = cells.filter(|cell| !cell.is_empty()).collect();
         let begin = cells.iter().filter(|cell| begins_with_number(cell)).count();

@@ -17,7 +17,7 @@ impl Document {
                 (last, block),
                 (Some(DocumentBlock::Heading { .. }), _)
                     | (
-                        Some(DocumentBlock::Paragraph { .. }),
+                        Some(DocumentBlock::Paragraph { .. } | DocumentBlock::Note { .. }),
                         DocumentBlock::List { .. }
                             | DocumentBlock::Pairs { .. }
                             | DocumentBlock::Lines { .. }
@@ -32,11 +32,12 @@ impl Document {
             }
             last = Some(block);
             match block {
-                DocumentBlock::Heading { text: words } => {
+                DocumentBlock::Heading { text: words, .. } => {
                     text.push_str(&words.to_uppercase());
                     text.push('\n');
                 }
-                DocumentBlock::Paragraph { text: words } => {
+                DocumentBlock::Paragraph { text: words }
+                | DocumentBlock::Note { text: words, .. } => {
                     text.push_str(&wrapped(words, WIDTH, "", ""));
                     text.push('\n');
                 }
@@ -60,6 +61,10 @@ impl Document {
                         text.push_str(line);
                         text.push('\n');
                     }
+                }
+                DocumentBlock::Figure { title, .. } => {
+                    text.push_str(&wrapped(title, WIDTH, "Figure: ", "  "));
+                    text.push('\n');
                 }
                 DocumentBlock::Table(table) => text.push_str(&table.text()),
             }

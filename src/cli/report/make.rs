@@ -152,16 +152,9 @@ fn outcome(
     source: &PageSource,
 ) -> Outcome {
     let mut document = Document::of(format!("Report {}: {}", page.number, page.title));
-    let headline = &page.headline;
-    let lines = headline.stiffness.iter();
-    let lines = lines.chain(&headline.warnings);
-    let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
-    let lines = lines.chain(&headline.limit).chain(&headline.improvement);
-    for line in lines.chain(&headline.validation) {
-        document.item(line);
-    }
+    document.append(page.answer.clone());
     if !page.marks.is_empty() {
-        document.item(format!("Watermark: {}", page.marks.join(", ")));
+        document.paragraph(format!("Watermark: {}", page.marks.join(", ")));
     }
     let missing = page.missing();
     if !missing.is_empty() {

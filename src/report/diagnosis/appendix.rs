@@ -1,6 +1,6 @@
 //! The numbers behind the verdict page, for readers who know statistics.
 
-use stiffbench_document::{Document, Table, table_of};
+use stiffbench_document::{Document, Table};
 
 use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
@@ -46,8 +46,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
         );
     }
     section.append(critical_values(report));
-    section.paragraph("Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.");
-    section.table(detection_limits(report));
+    section.append(detection_limits_document(report));
     section
 }
 
@@ -367,9 +366,13 @@ fn critical_values(report: &DiagnosisReport) -> Document {
     section
 }
 
-fn detection_limits(report: &DiagnosisReport) -> Table {
+/// What would have been found of each law at each place.
+pub(in crate::report) fn detection_limits_document(report: &DiagnosisReport) -> Document {
     let subject = &report.subject;
     let mut critical: Vec<&DetectionLimit> = report.diagnosis.detection_limits.iter().collect();
+    if critical.is_empty() {
+        return Document::new();
+    }
     // The sort is stable: places of a law stay in the order of the robot.
     critical.sort_by_key(|limit| limit.law);
     let printed = |limit: &DetectionLimit| {
@@ -381,7 +384,10 @@ fn detection_limits(report: &DiagnosisReport) -> Table {
         let shown = value.map(|value| significant(printed(limit).0 * value, 3));
         shown.unwrap_or_else(|| none.to_owned())
     };
-    table_of(
+    let mut document = Document::of(
+        "Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.",
+    );
+    document.rows(
         critical,
         &[
             ("law and place", &|limit| named(limit.law, &limit.place)),
@@ -394,5 +400,6 @@ fn detection_limits(report: &DiagnosisReport) -> Table {
                 })
             }),
         ],
-    )
+    );
+    document
 }

@@ -1,7 +1,7 @@
 //! Maps for people.
 
 use indexmap::IndexSet;
-use stiffbench_document::{Document, Table, sign_of};
+use stiffbench_document::{Document, Table, TextColumn, sign_of};
 
 use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
@@ -31,7 +31,7 @@ impl MapReport<'_> {
                 continue;
             };
             document.paragraph(format!("Stiffness {name}"));
-            self.add_statistics(&mut document, column);
+            document.append(statistics_document("mechanism", self.found(column), true));
             self.add_fits(&mut document, column);
         }
         self.add_rigid(&mut document);
@@ -71,46 +71,6 @@ impl MapReport<'_> {
                 ));
             }
         }
-    }
-
-    fn add_statistics(&self, document: &mut Document, column: usize) {
-        let ends = |one: &ColumnStudy| {
-            let ends = [one.statistics.smallest, one.statistics.largest];
-            ends.map(|end| end.stiffness_n_per_m)
-        };
-        let end = |one: &ColumnStudy, place: usize| stiffness(&one.column, ends(one)[place]);
-        let refined = |one: &ColumnStudy, place: usize| {
-            let found = one.refined[place].as_ref().ok();
-            or_dash(found, |to| stiffness(&one.column, to.stiffness_n_per_m))
-        };
-        let difference = |one: &ColumnStudy| ends(one)[1] - ends(one)[0];
-        let quantile = |one: &ColumnStudy, share: f64| {
-            let mut quantiles = one.statistics.quantiles.iter();
-            let found = quantiles.find(|quantile| quantile.share == share);
-            found.map_or_else(String::new, |q| stiffness(&one.column, q.stiffness_n_per_m))
-        };
-        document.rows(
-            self.found(column),
-            &[
-                ("mechanism", &|(name, _)| (*name).to_owned()),
-                ("smallest", &|(_, one)| end(one, 0)),
-                ("refined", &|(_, one)| refined(one, 0)),
-                ("largest", &|(_, one)| end(one, 1)),
-                ("refined", &|(_, one)| refined(one, 1)),
-                ("difference", &|(_, one)| {
-                    stiffness(&one.column, difference(one))
-                }),
-                ("mean", &|(_, one)| {
-                    stiffness(&one.column, one.statistics.mean.value)
-                }),
-                ("U, k", &|(_, one)| {
-                    expanded(&one.column, &one.statistics.mean)
-                }),
-                ("5 %", &|(_, one)| quantile(one, 0.05)),
-                ("median", &|(_, one)| quantile(one, 0.5)),
-                ("95 %", &|(_, one)| quantile(one, 0.95)),
-            ],
-        );
     }
 
     /// What was found of a column, with the name of the mechanism.
@@ -312,6 +272,60 @@ impl MapReport<'_> {
         }
         document
     }
+}
+
+/// Head of the columns of extremes that were followed.
+const REFINED: &str = "refined";
+
+/// Statistics of columns, each under a name.
+///
+/// # Arguments
+/// - `names`: what the names are.
+/// - `refined`: whether the table has the extremes that were followed from those of the sample.
+pub(in crate::report) fn statistics_document<'s>(
+    names: &str,
+    rows: impl Iterator<Item = (&'s str, &'s ColumnStudy)>,
+    refined: bool,
+) -> Document {
+    let ends = |one: &ColumnStudy| {
+        let ends = [one.statistics.smallest, one.statistics.largest];
+        ends.map(|end| end.stiffness_n_per_m)
+    };
+    let end = |one: &ColumnStudy, place: usize| stiffness(&one.column, ends(one)[place]);
+    let followed = |one: &ColumnStudy, place: usize| {
+        let found = one.refined[place].as_ref().ok();
+        or_dash(found, |to| stiffness(&one.column, to.stiffness_n_per_m))
+    };
+    let difference = |one: &ColumnStudy| ends(one)[1] - ends(one)[0];
+    let quantile = |one: &ColumnStudy, share: f64| {
+        let mut quantiles = one.statistics.quantiles.iter();
+        let found = quantiles.find(|quantile| quantile.share == share);
+        found.map_or_else(String::new, |q| stiffness(&one.column, q.stiffness_n_per_m))
+    };
+    let columns: [TextColumn<'_, (&str, &ColumnStudy)>; 11] = [
+        (names, &|(name, _)| (*name).to_owned()),
+        ("smallest", &|(_, one)| end(one, 0)),
+        (REFINED, &|(_, one)| followed(one, 0)),
+        ("largest", &|(_, one)| end(one, 1)),
+        (REFINED, &|(_, one)| followed(one, 1)),
+        ("difference", &|(_, one)| {
+            stiffness(&one.column, difference(one))
+        }),
+        ("mean", &|(_, one)| {
+            stiffness(&one.column, one.statistics.mean.value)
+        }),
+        ("U, k", &|(_, one)| {
+            expanded(&one.column, &one.statistics.mean)
+        }),
+        ("5 %", &|(_, one)| quantile(one, 0.05)),
+        ("median", &|(_, one)| quantile(one, 0.5)),
+        ("95 %", &|(_, one)| quantile(one, 0.95)),
+    ];
+    let columns = columns.into_iter();
+    let columns = columns.filter(|(head, _)| refined || *head != REFINED);
+    let mut document = Document::new();
+    document.rows(rows, &columns.collect::<Vec<_>>());
+    document
 }
 
 /// The direction of a column in words.

@@ -1,5 +1,7 @@
 //! From sessions and settings to the data of a report.
 
+use stiffbench_document::Document;
+
 use crate::analysis::{
     AnalysisError, DiagnoseSettings, DiagnosisData, FitData, FitSettings, ModelChoice,
 };
@@ -12,10 +14,8 @@ use crate::test_point::Direction;
 use super::conformity::conformity;
 use super::details::{KnownItems, page_items};
 use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
-use super::headline::PageHeadline;
 use super::map::{MappedModel, add_map};
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
-use super::places::places;
 use super::session::PageSession;
 use super::source::PageSource;
 use super::{PageFigures, PageProgram, PageSettings, ReportPage};
@@ -91,9 +91,8 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         replaces: settings.amends.clone(),
         marks: marks.iter().map(|(mark, _)| *mark).collect(),
         mark_sentences: marks.into_iter().map(|(_, words)| words).collect(),
-        headline: PageHeadline::default(),
-        beside_answer: Vec::new(),
-        definitions: Vec::new(),
+        answer: Document::new(),
+        body: Document::new(),
         signatures: Vec::new(),
         items: Vec::new(),
         conformity: None,
@@ -101,10 +100,8 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         comparison: None,
         model: None,
         fit: None,
-        about_fit: Vec::new(),
-        map: None,
+        map: Document::new(),
         diagnosis: None,
-        places: Vec::new(),
         left_out: Vec::new(),
         figures: PageFigures {
             readings: (!named.is_empty())
@@ -263,11 +260,7 @@ fn finished(mut page: ReportPage) -> ReportPage {
             .then(|| "listed under Deviations and remarks".to_owned()),
     };
     page.items = page_items(&page.settings.details, &known);
-    page.headline = page.answer();
-    page.beside_answer = page.beside_answer();
-    page.definitions = page.definitions();
+    page.answer = page.answer();
     page.signatures = page.signatures();
-    page.about_fit = page.about_fit();
-    page.places = page.diagnosis.iter().flat_map(places).collect();
     page.numbered()
 }

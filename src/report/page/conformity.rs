@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stiffbench_document::{Document, NoteKind, Table, TableCell};
 
 use super::results::PageCell;
 use super::session::{PageSession, as_stated};
@@ -150,6 +151,28 @@ pub struct ConformityStatement {
     pub requirements: Vec<JudgedRequirement>,
 }
 
+impl ConformityStatement {
+    /// The statement with its rule, and every requirement.
+    pub(super) fn document(&self) -> Document {
+        let mut document = Document::new();
+        document.note(NoteKind::Verdict, &self.sentence);
+        document.paragraph(self.rule);
+        let heads = ["pose", "direction", "limits, N/µm", "K ± U", "decision"];
+        let mut rows = Table::new(&heads);
+        for one in &self.requirements {
+            let cells = [&one.pose, &one.direction, &one.limits, &one.stiffness];
+            let cells = cells.map(|cell| TableCell::from(cell.clone()));
+            let decision = match one.decision {
+                ConformityDecision::Pass => TableCell::from(one.words.to_owned()),
+                _ => TableCell::marked(one.words),
+            };
+            rows.row(cells.into_iter().chain([decision]));
+        }
+        document.table(rows);
+        document
+    }
+}
+
 /// The decision on a value with its expanded uncertainty, all in the same unit.
 ///
 /// # Arguments
@@ -230,8 +253,9 @@ fn judged(
     requirement: &Requirement,
     session: &PageSession,
 ) -> JudgedRequirement {
-    let [value, expanded] = session.stiffness_n_per_um(&requirement.pose, &requirement.direction);
     let cell = session.cell(&requirement.pose, &requirement.direction);
+    let value = cell.and_then(|cell| cell.stiffness.value);
+    let expanded = cell.and_then(|cell| cell.stiffness.expanded_uncertainty);
     let limits = [requirement.at_least, requirement.at_most];
     let decision = decide(rule, value, expanded, limits);
     JudgedRequirement {

@@ -214,6 +214,9 @@ pub(super) struct KnownItems {
     pub(super) deviations: Option<String>,
 }
 
+/// Where the number stands: it follows from all else that a report states.
+const NUMBER_STANDS: &str = "under the title, at the foot of each printed page and at the end";
+
 /// All items, in the order of the clause.
 #[must_use]
 pub(super) fn page_items(details: &PageDetails, known: &KnownItems) -> Vec<PageItem> {
@@ -230,7 +233,7 @@ pub(super) fn page_items(details: &PageDetails, known: &KnownItems) -> Vec<PageI
         item("b", "laboratory", laboratory.name.as_ref(), "laboratory.name"),
         item("b", "address of the laboratory", laboratory.address.as_ref(), "laboratory.address"),
         item("c", "location of the activity", location, "laboratory.location"),
-        item("d", "report number", Some(&String::new()), ""),
+        item("d", "report number", Some(&NUMBER_STANDS.to_owned()), ""),
         item("e", "customer", customer.name.as_ref(), "customer.name"),
         item("e", "contact of the customer", customer.contact.as_ref(), "customer.contact"),
         item("f", "method", details.method.reference.as_ref().or(known.method.as_ref()), "method.reference"),

@@ -1,8 +1,9 @@
 //! What stands on the first page beside the answer: item, days, procedure, conditions, calibration, decision rule; what the symbols mean;
 //! who signs; and that details and sessions agree.
 
-use indexmap::{IndexMap, IndexSet};
+use indexmap::IndexSet;
 use jiff::civil::Date;
+use stiffbench_document::{Document, NoteKind};
 
 use crate::count::counted;
 use crate::fit::StatusWord;
@@ -11,7 +12,7 @@ use crate::report::significant;
 use crate::stiffness::Method;
 
 use super::error::ReportError;
-use super::session::{NOT_RECORDED, PageEntry, PageGauge, PageSession};
+use super::session::{NamedValues, PageSession};
 use super::{PageFit, ReportPage};
 
 /// Two values of one quantity that differ by less, in percent, are the same as printed.
@@ -42,7 +43,7 @@ impl ReportPage {
     }
 
     /// What stands beside the answer.
-    pub(super) fn beside_answer(&self) -> Vec<PageEntry> {
+    pub(super) fn beside_answer(&self) -> Document {
         let details = &self.settings.details;
         let item = [
             details.item.description.clone(),
@@ -79,14 +80,18 @@ impl ReportPage {
             ),
             (
                 "calibration",
-                self.of_sessions(|session| Some(calibration(session))),
+                self.of_sessions(|session| Some(session.calibration())),
             ),
             ("decision rule", Some(self.rule())),
         ];
-        let known = entries.into_iter();
-        known
-            .filter_map(|(name, value)| Some(PageEntry::new(name, value?)))
-            .collect()
+        let mut beside = Document::new();
+        for (name, value) in entries {
+            if let Some(value) = value {
+                beside.pair(name, value);
+            }
+        }
+        beside.note(NoteKind::Remark, self.definitions().join(" "));
+        beside
     }
 
     /// How many readings each session has.
@@ -126,7 +131,7 @@ impl ReportPage {
     }
 
     /// What the symbols mean.
-    pub(super) fn definitions(&self) -> Vec<String> {
+    fn definitions(&self) -> Vec<String> {
         let mut all = Vec::new();
         let with_results = || self.sessions.iter().filter(|one| !one.results.is_empty());
         if with_results().next().is_some() {
@@ -148,15 +153,14 @@ impl ReportPage {
     }
 
     /// Who signs.
-    pub(super) fn signatures(&self) -> Vec<PageEntry> {
-        let name = |name: Option<String>| name.unwrap_or_default();
-        vec![
-            PageEntry::new("measured by", name(self.operators())),
-            PageEntry::new(
-                "authorised by",
-                name(self.settings.details.authorised_by.clone()),
-            ),
+    pub(super) fn signatures(&self) -> NamedValues {
+        let authorised = self.settings.details.authorised_by.clone();
+        [
+            ("measured by", self.operators()),
+            ("authorised by", authorised),
         ]
+        .map(|(part, name)| (part.to_owned(), name.unwrap_or_default()))
+        .to_vec()
     }
 
     /// Where the stiffness and the factors of the fit are not those of the results and of the diagnosis, and why.
@@ -275,48 +279,6 @@ fn surroundings(session: &PageSession) -> Option<String> {
     ];
     let known: Vec<String> = known.into_iter().flatten().collect();
     (!known.is_empty()).then(|| known.join(", "))
-}
-
-/// Whether the gauges were calibrated when they were used.
-fn calibration(session: &PageSession) -> String {
-    let mut alike: IndexMap<String, Vec<&str>> = IndexMap::new();
-    for gauge in &session.gauges {
-        let state = calibration_of(gauge);
-        alike.entry(state).or_default().push(&gauge.name);
-    }
-    let each = alike.iter();
-    let mut each: Vec<String> = each
-        .map(|(state, names)| format!("{}: {state}", names.join(", ")))
-        .collect();
-    if each.is_empty() {
-        each.push("the gauges are not recorded".to_owned());
-    }
-    let is_stated = |gauge: &PageGauge| gauge.expanded != NOT_RECORDED;
-    if !session.results.is_empty() && !session.gauges.iter().any(is_stated) {
-        each.push("U does not contain it".to_owned());
-    }
-    each.join("; ")
-}
-
-fn calibration_of(gauge: &PageGauge) -> String {
-    let PageGauge {
-        certificate, due, ..
-    } = gauge;
-    if gauge.expanded == NOT_RECORDED {
-        return "not stated".to_owned();
-    }
-    let certificate = if certificate == NOT_RECORDED {
-        "certificate without number".to_owned()
-    } else {
-        format!("certificate {certificate}")
-    };
-    if gauge.overdue {
-        format!("{certificate}, OVERDUE (due {due})")
-    } else if due == NOT_RECORDED {
-        format!("{certificate}, due date not stated")
-    } else {
-        format!("{certificate}, due {due}")
-    }
 }
 
 /// How many readings there are, and of how many that were planned.

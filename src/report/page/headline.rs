@@ -1,8 +1,7 @@
 //! The answer of a report: stiffness, verdict, what to do.
 
 use indexmap::{IndexMap, IndexSet};
-use schemars::JsonSchema;
-use serde::Serialize;
+use stiffbench_document::{Document, NoteKind};
 
 use crate::count::counted;
 use crate::fit::PlannedLoadCase;
@@ -27,69 +26,66 @@ const CHECKS: usize = 3;
 /// What leads from stiffness alone to a fit.
 const NAME_A_ROBOT: &str = "To fit a model and find what it leaves out, name the robot with --robot; stiffbench robot new writes a robot file.";
 
-/// The answer of a report.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
-pub struct PageHeadline {
-    /// Stiffness with its expanded uncertainty and k.
-    pub stiffness: Vec<String>,
-    /// What puts a stiffness in doubt.
-    pub warnings: Vec<String>,
-    /// The verdict on the model, or of the comparison.
-    pub verdict: Option<String>,
-    /// Where nothing was found, what would have been, from the best to the worst place, and how many places could not be tested.
-    pub limit: Option<String>,
-    /// By how much what is named improves the model in poses left out of the fit.
-    pub improvement: Option<String>,
-    /// How well the fitted model predicts.
-    pub validation: Option<String>,
-    /// The statement of conformity.
-    pub conformity: Option<String>,
-    /// What to do next.
-    pub next: Vec<String>,
-}
-
 impl ReportPage {
     /// What the parts of the report answer.
-    pub(super) fn answer(&self) -> PageHeadline {
+    pub(super) fn answer(&self) -> Document {
         let (fit, diagnosis) = (self.fit.as_ref(), self.diagnosis.as_ref());
-        let several = self.sessions.len() > 1;
-        let of_cells =
-            |session: &&PageSession| session.load_cases.is_none() || !session.results.is_empty();
-        let named_as = |session: &PageSession, words: String| {
-            if several {
-                format!("{}: {words}", session.name)
-            } else {
-                words
-            }
+        let found = diagnosis.map(|one| &one.numbers);
+        let mut answer = Document::new();
+        let mut add = |note: Option<NoteKind>, text: Option<String>| match (note, text) {
+            (Some(note), Some(text)) => answer.note(note, text),
+            (None, Some(text)) => answer.paragraph(text),
+            (_, None) => {}
         };
-        let stiffness = self.sessions.iter().filter(of_cells);
-        let stiffness =
-            stiffness.map(|session| named_as(session, stiffness_words(&session.results)));
-        let warnings = self.sessions.iter();
-        let warnings =
-            warnings.filter_map(|session| Some(named_as(session, doubt(&session.results)?)));
-        let found = diagnosis.and_then(|one| named(&one.numbers));
-        let springs = match (found, fit.map(|fit| &fit.numbers)) {
+        let named_as = |session: &PageSession, words: String| match self.sessions.len() {
+            1 => words,
+            _ => format!("{}: {words}", session.name),
+        };
+        for session in &self.sessions {
+            if session.load_cases.is_none() || !session.results.is_empty() {
+                let words = named_as(session, stiffness_words(&session.results));
+                add(Some(NoteKind::Answer), Some(words));
+            }
+        }
+        for line in self.springs() {
+            add(Some(NoteKind::Answer), Some(line));
+        }
+        for session in &self.sessions {
+            let doubt = doubt(&session.results);
+            add(None, doubt.map(|words| named_as(session, words)));
+        }
+        let conformity = self.conformity.as_ref();
+        add(
+            Some(NoteKind::Verdict),
+            conformity.map(|one| one.sentence.clone()),
+        );
+        let comparison = self.comparison.as_ref().map(|one| one.verdict.clone());
+        let verdict = comparison.or_else(|| Some(diagnosis?.headline.clone()));
+        add(Some(NoteKind::Verdict), verdict);
+        add(None, found.and_then(limit));
+        add(None, found.and_then(improvement));
+        add(None, fit.and_then(validation));
+        let next = self.next();
+        if !next.is_empty() {
+            answer.paragraph("What to do next:");
+        }
+        for line in next {
+            answer.item(line);
+        }
+        answer
+    }
+
+    /// The springs that were fitted, with what was found where something was.
+    fn springs(&self) -> Vec<String> {
+        let diagnosis = self.diagnosis.as_ref();
+        let fit = self.fit.as_ref().map(|fit| &fit.numbers);
+        match (diagnosis.and_then(|one| named(&one.numbers)), fit) {
             (Some(found), _) => {
                 let after = found.factors.iter().map(SpringLine::with_found);
                 springs(after, " with what was found,")
             }
-            (None, Some(fit)) => of_fit(&fit.parameters),
+            (None, Some(fit)) => springs(fit.parameters.iter().map(SpringLine::of_fit), ","),
             (None, None) => Vec::new(),
-        };
-        let verdict = diagnosis.map(|diagnosis| diagnosis.headline.clone());
-        let comparison = self.comparison.as_ref();
-        PageHeadline {
-            stiffness: stiffness.chain(springs).collect(),
-            warnings: warnings.collect(),
-            verdict: comparison
-                .map(|comparison| comparison.verdict.clone())
-                .or(verdict),
-            limit: diagnosis.and_then(|one| limit(&one.numbers)),
-            improvement: diagnosis.and_then(|one| improvement(&one.numbers)),
-            validation: fit.and_then(validation),
-            conformity: (self.conformity.as_ref()).map(|one| one.sentence.clone()),
-            next: self.next(),
         }
     }
 
@@ -120,11 +116,10 @@ impl ReportPage {
 }
 
 fn stiffness_words(cells: &[PageCell]) -> String {
-    let known: Vec<&PageCell> = cells.iter().filter(|cell| value(cell).is_some()).collect();
-    let by_value = |a: &&&PageCell, b: &&&PageCell| {
-        let [a, b] = [a, b].map(|cell| value(cell).unwrap_or(f64::NAN));
-        a.total_cmp(&b)
-    };
+    let known = cells.iter();
+    let known = known.filter_map(|cell| Some((cell.stiffness.value?, cell)));
+    let known: Vec<(f64, &PageCell)> = known.collect();
+    let by_value = |a: &&(f64, _), b: &&(f64, _)| a.0.total_cmp(&b.0);
     let ends = known
         .iter()
         .min_by(by_value)
@@ -132,14 +127,14 @@ fn stiffness_words(cells: &[PageCell]) -> String {
     match ends {
         None => "No stiffness can be given.".to_owned(),
         Some(_) if known.len() <= FEW_CELLS => {
-            let each: Vec<String> = known.iter().map(|cell| words(cell)).collect();
+            let each: Vec<String> = known.iter().map(|(_, cell)| cell.named_words()).collect();
             format!("K = {}.", each.join("; K = "))
         }
-        Some((low, high)) => format!(
+        Some(((_, low), (_, high))) => format!(
             "{} poses and directions. Smallest: K = {}. Largest: K = {}.",
             known.len(),
-            words(low),
-            words(high)
+            low.named_words(),
+            high.named_words()
         ),
     }
 }
@@ -149,7 +144,7 @@ fn doubt(cells: &[PageCell]) -> Option<String> {
     let doubtful = || {
         cells
             .iter()
-            .filter(|cell| value(cell).is_some() && cell.reason.is_some())
+            .filter(|cell| cell.stiffness.value.is_some() && cell.reason.is_some())
     };
     let first = doubtful().next()?;
     let reason = first.reason.as_deref().unwrap_or_default();
@@ -211,10 +206,6 @@ impl<'r> SpringLine<'r> {
             ci95: one.after.ci95,
         }
     }
-}
-
-fn of_fit(parameters: &[ParameterReport]) -> Vec<String> {
-    springs(parameters.iter().map(SpringLine::of_fit), ",")
 }
 
 /// The springs that were determined, with the intervals of their stiffness, a line for each unit, and the names of the others.
@@ -340,18 +331,4 @@ fn next_load_case(next: &PlannedLoadCase) -> String {
         joint_words(next),
         tool_words(next.tool_m)
     )
-}
-
-fn value(cell: &PageCell) -> Option<f64> {
-    cell.stiffness.parse().ok()
-}
-
-fn words(cell: &PageCell) -> String {
-    let PageCell {
-        pose, direction, k, ..
-    } = cell;
-    if cell.percent == "–" {
-        return format!("{} ({pose} {direction})", cell.words());
-    }
-    format!("{}, k\u{a0}=\u{a0}{k} ({pose} {direction})", cell.words())
 }

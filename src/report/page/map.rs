@@ -1,7 +1,6 @@
 //! Stiffness of the fitted model over the workspace, for a report.
 
-use schemars::JsonSchema;
-use serde::Serialize;
+use stiffbench_document::{Document, NoteKind};
 
 use crate::distribution::{
     MapColumn, MapModel, MapPlane, MechanismStudy, NoMap, PosePlan, PoseSample, Sampling, Shard,
@@ -9,9 +8,8 @@ use crate::distribution::{
 };
 use crate::fit::FactorEstimate;
 use crate::physics::{ActingPhysics, Effect, EffectError};
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::MapReport;
-use crate::report::text::{or_dash, significant};
+use crate::report::map::statistics_document;
 use crate::robot::{FittingFactors, Robot, RobotError};
 use crate::test_point::Direction;
 
@@ -20,34 +18,6 @@ use super::{PageFigure, ReportPage};
 
 /// Poses of the map: enough for a picture, few enough for a page.
 const POSES: usize = 600;
-/// Digits of a stiffness.
-const DIGITS: usize = 3;
-
-/// Stiffness of the fitted model over the workspace.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct PageMap {
-    /// How many poses, how they were chosen, and what is in the model.
-    pub about: String,
-    /// One row a direction.
-    pub rows: Vec<PageMapRow>,
-}
-
-/// Stiffness in one direction over the poses as printed, N/µm.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct PageMapRow {
-    /// The direction.
-    pub direction: String,
-    /// The smallest.
-    pub smallest: String,
-    /// 5 % of the poses lie below.
-    pub quantile_5: String,
-    /// Half of the poses lie below.
-    pub median: String,
-    /// 95 % of the poses lie below.
-    pub quantile_95: String,
-    /// The largest.
-    pub largest: String,
-}
 
 /// Why there is no map.
 #[derive(Debug, thiserror::Error)]
@@ -81,7 +51,7 @@ pub(super) struct MappedModel<'a> {
 pub(super) fn add_map(page: &mut ReportPage, model: &MappedModel<'_>, directions: &[Direction]) {
     match workspace_map(model, directions, page.settings.seed) {
         Ok((map, figures)) => {
-            page.map = Some(map);
+            page.map = map;
             page.figures.map = figures;
         }
         Err(error) => page.leave_out("Stiffness over the workspace", &error),
@@ -93,7 +63,7 @@ fn workspace_map(
     model: &MappedModel<'_>,
     directions: &[Direction],
     seed: u64,
-) -> Result<(PageMap, Vec<PageFigure>), NoPageMap> {
+) -> Result<(Document, Vec<PageFigure>), NoPageMap> {
     let robot = model.robot;
     let mechanism = robot.mechanism(Some(model.mechanism))?;
     let factors = robot.with_own_springs(model.factors);
@@ -129,27 +99,12 @@ fn workspace_map(
     }
     let poses = StudyPoses::new(poses, plan.sampling, plane);
     let study = MechanismStudy::of(&solved, map, &poses, None)?;
-    let rows = study.columns.iter().map(|found| {
-        let words = |si: f64| significant(si / N_PER_UM, DIGITS);
-        let quantile = |share: f64| {
-            let own = found.statistics.quantiles.iter();
-            let mut own = own.filter(|quantile| quantile.share == share);
-            or_dash(own.next(), |q| words(q.stiffness_n_per_m))
-        };
-        PageMapRow {
-            direction: if found.column.is_principal() {
-                "weakest".to_owned()
-            } else {
-                found.column.name().to_owned()
-            },
-            smallest: words(found.statistics.smallest.stiffness_n_per_m),
-            quantile_5: quantile(0.05),
-            median: quantile(0.5),
-            quantile_95: quantile(0.95),
-            largest: words(found.statistics.largest.stiffness_n_per_m),
-        }
-    });
-    let rows = rows.collect();
+    let rows = study.columns.iter();
+    let rows = rows.map(|found| (found.column.name(), found));
+    let mut text = Document::of(
+        "Predicted by the fitted model, in N/µm. What the readings show beyond this model is not in it.",
+    );
+    text.append(statistics_document("direction", rows, false));
     let report = MapReport {
         robot,
         factors_name: "fitted".to_owned(),
@@ -177,5 +132,6 @@ fn workspace_map(
     let figures = figures
         .iter()
         .map(|(name, figure)| page_figure(name, figure));
-    Ok((PageMap { about, rows }, figures.collect()))
+    text.note(NoteKind::Remark, about);
+    Ok((text, figures.collect()))
 }

@@ -1,8 +1,10 @@
-//! A report: one document of sessions and of what follows from them, as data. A template turns the data into HTML, Markdown or Typst.
+//! A report: one document of sessions and of what follows from them, with its data. A template is the frame of the document in HTML, Markdown
+//! or Typst.
 //!
 //! What a reader sees is a function of the embedded data and the template, of nothing else. So a page can be verified from itself:
 //! its data are rendered again and the bytes compared.
 
+mod body;
 mod build;
 mod conformity;
 mod details;
@@ -13,7 +15,6 @@ mod headline;
 mod map;
 mod model;
 mod packed;
-mod places;
 mod procedure;
 mod results;
 mod session;
@@ -23,6 +24,7 @@ mod verify;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stiffbench_document::Document;
 
 use crate::analysis::sha256;
 
@@ -35,11 +37,9 @@ pub use details::{
     PageItem,
 };
 pub use error::ReportError;
-pub use headline::PageHeadline;
-pub use map::{PageMap, PageMapRow};
 pub use model::{PageComparison, PageDiagnosis, PageFit, PageModel};
-pub use results::{PageBudget, PageBudgetRow, PageBudgetSource, PageCell};
-pub use session::{PageEntry, PageGauge, PageSession};
+pub use results::PageCell;
+pub use session::{PageGauge, PageSession};
 pub use source::PageSource;
 pub use template::{PageFormat, PageTemplate, RenderedPage};
 pub use verify::{PageCheck, PageDifference, ReadPage, read_page};
@@ -78,8 +78,8 @@ pub struct PageSettings {
     pub details: PageDetails,
 }
 
-/// The elements around a drawing, bytes, without its title.
-const FIGURE_TAGS: usize = 100;
+/// What stands of a figure around its drawing and its title, in the page and in the body, bytes.
+const FIGURE_TAGS: usize = 250;
 
 /// The report that one replaces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -129,7 +129,7 @@ impl PageFigure {
     /// What it adds to a page: its drawing, and itself among the data.
     fn bytes(&self) -> usize {
         let data = serde_json::to_string(self).unwrap_or_default();
-        self.svg.len() + data.len() + FIGURE_TAGS
+        self.svg.len() + data.len() + self.title.len() + FIGURE_TAGS
     }
 }
 
@@ -196,14 +196,8 @@ pub struct ReportPage {
     pub marks: Vec<&'static str>,
     /// What each of them means, in a sentence.
     pub mark_sentences: Vec<String>,
-    /// The answer.
-    pub headline: PageHeadline,
-    /// What stands beside the answer: item, days, procedure, conditions, calibration and decision rule.
-    pub beside_answer: Vec<PageEntry>,
-    /// What the symbols of the report mean.
-    pub definitions: Vec<String>,
     /// Who signs: the part that each had, and the name as far as it is stated.
-    pub signatures: Vec<PageEntry>,
+    pub signatures: Vec<(String, String)>,
     /// Items of ISO/IEC 17025:2017, 7.8.2.1.
     pub items: Vec<PageItem>,
     /// The statement of conformity, if a rule and requirements are stated.
@@ -216,10 +210,9 @@ pub struct ReportPage {
     pub model: Option<PageModel>,
     /// The fit.
     pub fit: Option<PageFit>,
-    /// Where its stiffness and factors are not those of the results and of the diagnosis, and why.
-    pub about_fit: Vec<String>,
     /// The stiffness of the fitted model over the workspace.
-    pub map: Option<PageMap>,
+    #[serde(skip)]
+    pub map: Document,
     /// The diagnosis.
     pub diagnosis: Option<PageDiagnosis>,
     /// Parts that are missing, with the reason.
@@ -230,8 +223,10 @@ pub struct ReportPage {
     pub settings: PageSettings,
     /// The program.
     pub program: PageProgram,
-    /// Every place at which each law was looked for.
-    pub places: Vec<PageEntry>,
+    /// The answer: stiffness, verdict, what to do next.
+    pub answer: Document,
+    /// The other text of the report.
+    pub body: Document,
 }
 
 impl ReportPage {
@@ -245,26 +240,26 @@ impl ReportPage {
 
     /// The same with its number, which follows from everything else but the commit of the program.
     #[must_use]
-    pub(super) fn numbered(self) -> Self {
-        let mut page = self.fitted_to_a_megabyte();
-        page.set_number(String::new());
-        let last = page.sessions.iter().filter_map(PageSession::last_day).max();
+    pub(super) fn numbered(mut self) -> Self {
+        self.fit_into_a_megabyte();
+        let last = self.sessions.iter().filter_map(PageSession::last_day).max();
         let day = last.map_or_else(|| "undated".to_owned(), |day| day.replace('-', ""));
-        let commit = std::mem::take(&mut page.program.commit);
-        let json = serde_json::to_string(&page).unwrap_or_default();
-        page.program.commit = commit;
-        page.set_number(page_number(&day, &json));
-        page
+        let commit = std::mem::take(&mut self.program.commit);
+        let json = serde_json::to_string(&self).unwrap_or_default();
+        self.program.commit = commit;
+        self.number = page_number(&day, &json);
+        self
     }
 
-    /// Without the figures that would make the page larger than a megabyte; the report states which.
-    fn fitted_to_a_megabyte(mut self) -> Self {
+    /// Leaves out the figures that would make the page larger than a megabyte, and states which.
+    fn fit_into_a_megabyte(&mut self) {
         const LARGEST: usize = 1_000_000;
         // What states that a figure is missing, in the text and among the data.
         const SENTENCE: usize = 400;
         let figures = std::mem::take(&mut self.figures);
         let count = figures.all().count();
-        let without = PageFormat::Html.template().render(&self);
+        self.body = self.body();
+        let without = PageFormat::Html.template().render(self);
         let others = without.map_or(LARGEST, |page| page.text.len()) + count * SENTENCE;
         self.figures = figures;
         let titles = self.figures.shed(LARGEST.saturating_sub(others));
@@ -273,14 +268,7 @@ impl ReportPage {
                 "Figure: {title}. The page would exceed 1 MB; stiffbench fit, map and diagnose draw it."
             )
         }));
-        self
-    }
-
-    fn set_number(&mut self, number: String) {
-        for item in self.items.iter_mut().filter(|item| item.key.is_empty()) {
-            item.value = Some(number.clone());
-        }
-        self.number = number;
+        self.body = self.body();
     }
 }
 

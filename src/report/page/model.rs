@@ -11,7 +11,7 @@ use crate::report::{
     significant,
 };
 
-use crate::report::diagnosis::{headline_words, next_plans};
+use crate::report::diagnosis::{detection_limits_document, headline_words, next_plans};
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -32,8 +32,10 @@ pub struct PageModel {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PageFit {
     /// How well it predicts cells that it did not see.
+    #[serde(skip)]
     pub validation: Option<String>,
     /// Parameters, cells and what to think of them.
+    #[serde(skip)]
     pub text: Document,
     /// All numbers.
     pub numbers: Box<FitReport>,
@@ -43,11 +45,17 @@ pub struct PageFit {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PageDiagnosis {
     /// The verdict in a sentence.
+    #[serde(skip)]
     pub headline: String,
     /// What to measure next.
+    #[serde(skip)]
     pub next: Vec<String>,
     /// What is missing, where, how sure, what to do next.
+    #[serde(skip)]
     pub text: Document,
+    /// Every place at which each law was looked for.
+    #[serde(skip)]
+    pub places: Document,
     /// All numbers.
     pub numbers: DiagnosisSummary,
 }
@@ -56,8 +64,10 @@ pub struct PageDiagnosis {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PageComparison {
     /// Whether they agree.
+    #[serde(skip)]
     pub verdict: String,
     /// Differences cell by cell, and the rule.
+    #[serde(skip)]
     pub text: Document,
     /// All numbers.
     pub numbers: ComparisonReport,
@@ -127,6 +137,7 @@ impl From<&DiagnosisReport> for PageDiagnosis {
             headline: headline_words(report),
             text: diagnosis_page(report, procedures),
             next: next_plans(report, procedures),
+            places: detection_limits_document(report),
             numbers: report.into(),
         }
     }

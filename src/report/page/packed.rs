@@ -1,5 +1,7 @@
 //! Drawings as they stand in the data of a page: deflated, in base64. So a page holds them twice and stays small.
 
+use std::collections::HashMap;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use miniz_oxide::deflate::compress_to_vec_zlib;
@@ -50,16 +52,26 @@ pub(super) fn pack<S: Serializer>(svg: &str, serializer: S) -> Result<S::Ok, S::
     serializer.serialize_str(&STANDARD.encode(packed))
 }
 
-/// Puts the drawings themselves in the place of packed ones; of what is no drawing nothing is left.
+/// Puts the drawings themselves in the place of packed ones, and into the figures of the body; of what is no drawing nothing is left.
 pub(super) fn unpack_all(data: &mut Value) {
     let sections = data.get_mut("figures").and_then(Value::as_object_mut);
     let figures = sections
         .into_iter()
         .flat_map(|sections| sections.values_mut());
     let figures = figures.filter_map(Value::as_array_mut).flatten();
-    for svg in figures.filter_map(|figure| figure.get_mut("svg")) {
-        let text = svg.as_str().and_then(unpack).unwrap_or_default();
-        *svg = Value::String(text);
+    let mut drawings: HashMap<Value, Value> = HashMap::new();
+    for figure in figures {
+        if let Some(svg) = figure.get_mut("svg") {
+            let text = svg.as_str().and_then(unpack).unwrap_or_default();
+            *svg = Value::String(text);
+            drawings.insert(figure["name"].clone(), figure["svg"].clone());
+        }
+    }
+    let blocks = data.get_mut("body").and_then(Value::as_array_mut);
+    for block in blocks.into_iter().flatten() {
+        if block["kind"] == "figure" {
+            block["svg"] = drawings.get(&block["name"]).cloned().unwrap_or_default();
+        }
     }
 }
 

@@ -1,69 +1,39 @@
 //! One session of a report: results, budget, conditions, instruments and deviations.
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::Document;
+use stiffbench_document::{Document, NoteKind, Table, TableCell};
 
 use crate::analysis::{
     AnalysisError, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable,
     doubts_about_stiffness,
 };
-use crate::quantity::{
-    METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
-};
-use crate::readings::{InstrumentRecord, OverdueGauge, SessionHeader};
-use crate::report::stiffness::flag_lines;
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::readings::{InstrumentRecord, SessionHeader};
+use crate::report::stiffness::{budget_document, flag_lines};
 use crate::report::{VectorStiffnessReport, significant};
 use crate::session::OmittedReadings;
-use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
+use crate::stiffness::{Branches, StiffnessTable, is_factor_of_limits};
 
 use super::first_page::about;
 use super::procedure::as_done;
-use super::results::{PageBudget, PageCell};
+use super::results::PageCell;
 use crate::count::counted;
 
 /// What stands where nothing is recorded.
-pub(super) const NOT_RECORDED: &str = "not recorded";
+const NOT_RECORDED: &str = "not recorded";
 
-/// A word with its value.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct PageEntry {
-    /// What it is.
-    pub name: String,
-    /// Its value with its unit.
-    pub value: String,
-}
+/// Names with their values.
+pub(super) type NamedValues = Vec<(String, String)>;
 
-impl PageEntry {
-    pub(super) fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            value: value.into(),
-        }
-    }
-}
-
-/// A gauge as printed.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+/// A gauge of a session.
+#[derive(Debug, Clone)]
 pub struct PageGauge {
     /// What it is.
     pub name: String,
-    /// Its model.
-    pub model: String,
-    /// Its serial number.
-    pub serial: String,
-    /// Its range.
-    pub range: String,
-    /// Its resolution.
-    pub resolution: String,
-    /// Expanded uncertainty of its certificate, with k.
-    pub expanded: String,
-    /// Number of the certificate.
-    pub certificate: String,
-    /// Day of the calibration.
-    pub calibrated: String,
-    /// Last day on which it counts.
-    pub due: String,
+    /// What is recorded of it.
+    pub record: InstrumentRecord,
     /// Whether the calibration had run out when it was used.
     pub overdue: bool,
 }
@@ -82,8 +52,10 @@ pub struct PageSession {
     /// Days of the measurement.
     pub performed: Option<String>,
     /// The procedure as it was done.
+    #[serde(skip)]
     pub procedure: Option<String>,
     /// How many readings or load cases there are, and of how many that were planned.
+    #[serde(skip)]
     pub about: String,
     /// Number of readings that count.
     pub readings: usize,
@@ -92,19 +64,27 @@ pub struct PageSession {
     /// Whether the readings come from another program.
     pub imported: bool,
     /// Stiffness of every cell.
+    #[serde(skip)]
     pub results: Vec<PageCell>,
     /// Their uncertainty.
-    pub budget: PageBudget,
+    #[serde(skip)]
+    pub budget: Document,
     /// Further results: compliance along the axes of the base.
+    #[serde(skip)]
     pub further: Document,
     /// Procedure, operator, place, environment.
-    pub conditions: Vec<PageEntry>,
+    #[serde(skip)]
+    pub conditions: NamedValues,
     /// The gauges.
+    #[serde(skip)]
     pub gauges: Vec<PageGauge>,
+    /// Gauges whose calibration had run out when they were used, with the day on which it did.
+    pub overdue: Vec<String>,
     /// Cells left out, readings repeated, flags, and what else was not as planned.
+    #[serde(skip)]
     pub deviations: Vec<String>,
     /// Name and SHA-256 of every file.
-    pub files: Vec<PageEntry>,
+    pub files: NamedValues,
     /// All numbers of the stiffness; `null` of load cases.
     pub numbers: Option<StiffnessTable>,
     /// All numbers of the compliance along the axes of the base; `null` of readings along the load.
@@ -140,7 +120,7 @@ impl PageSession {
             return Ok(page);
         }
         page.results = table.cells.iter().map(PageCell::from).collect();
-        page.budget = PageBudget::from(&table);
+        page.budget = budget_document(&table);
         page.deviations = deviations(session, &table, history.as_ref());
         page.numbers = Some(table);
         Ok(page)
@@ -159,27 +139,6 @@ impl PageSession {
         })
     }
 
-    /// Stiffness and expanded uncertainty of a pose and direction, N/µm, as far as they are known.
-    #[must_use]
-    pub fn stiffness_n_per_um(&self, pose: &str, direction: &str) -> [Option<f64>; 2] {
-        if let Some(report) = &self.vectors {
-            let mut cells = report.cells.iter();
-            let cell = cells.find(|one| one.pose.as_str() == pose && one.direction == direction);
-            return cell.map_or([None; 2], |cell| {
-                [cell.stiffness.value, cell.stiffness.expanded_uncertainty]
-            });
-        }
-        let mut cells = self.numbers.iter().flat_map(|table| &table.cells);
-        let cell = cells.find(|row| {
-            row.cell.pose.as_str() == pose && row.cell.direction.to_string() == direction
-        });
-        let found = cell.and_then(|row| row.by(Method::Regression).ok());
-        found.map_or([None; 2], |found| {
-            let expanded = found.estimate.expanded_95();
-            [Some(found.estimate.value), expanded].map(|value| Some(value? / N_PER_UM))
-        })
-    }
-
     /// The last day of the measurement.
     #[must_use]
     pub fn last_day(&self) -> Option<&str> {
@@ -187,7 +146,7 @@ impl PageSession {
         performed.rsplit(" to ").next()
     }
 
-    /// The stiffness of a pose and direction as printed.
+    /// The stiffness of a pose and direction.
     pub(super) fn cell(&self, pose: &str, direction: &str) -> Option<&PageCell> {
         let mut cells = self.results.iter();
         cells.find(|cell| cell.pose == pose && cell.direction == direction)
@@ -196,8 +155,7 @@ impl PageSession {
     /// What is recorded under a name.
     pub(super) fn condition(&self, name: &str) -> Option<String> {
         let mut entries = self.conditions.iter();
-        let entry = entries.find(|entry| entry.name == name)?;
-        Some(entry.value.clone())
+        Some(entries.find(|(own, _)| own == name)?.1.clone())
     }
 }
 
@@ -213,7 +171,14 @@ fn without_results<T>(
 ) -> Result<PageSession, AnalysisError> {
     let header = session.header.as_ref();
     let named = header.iter().flat_map(|one| one.instruments.named());
-    let files = session.file_hashes()?;
+    let gauges = named.map(|(name, record)| PageGauge {
+        name: name.to_owned(),
+        record: record.clone(),
+        overdue: session.overdue.iter().any(|one| one.gauge == name),
+    });
+    let gauges: Vec<PageGauge> = gauges.collect();
+    let overdue = gauges.iter().filter(|gauge| gauge.overdue);
+    let overdue = overdue.map(|gauge| format!("{} (due {})", gauge.name, gauge.due()));
     Ok(PageSession {
         name: session.short_name(),
         origin: session.origin.clone(),
@@ -232,19 +197,15 @@ fn without_results<T>(
         load_cases: None,
         imported: header.is_some_and(|header| header.import.is_some()),
         results: Vec::new(),
-        budget: PageBudget::default(),
+        budget: Document::new(),
         further: Document::new(),
         conditions: conditions(header, history, temperatures_deg_c),
-        gauges: named
-            .map(|(name, record)| page_gauge(name, record, &session.overdue))
-            .collect(),
+        overdue: overdue.collect(),
+        gauges,
         deviations: of_history(history)
             .chain(session.warnings.iter().cloned())
             .collect(),
-        files: files
-            .iter()
-            .map(|(name, hash)| PageEntry::new(name, hash))
-            .collect(),
+        files: session.file_hashes()?,
         numbers: None,
         vectors: None,
     })
@@ -264,10 +225,10 @@ fn conditions(
     header: Option<&SessionHeader>,
     history: Option<&SessionHistory>,
     temperatures_deg_c: &[f64],
-) -> Vec<PageEntry> {
+) -> NamedValues {
     let mut entries = Vec::new();
     let mut add = |name: &str, value: Option<String>| {
-        entries.extend(value.map(|value| PageEntry::new(name, value)));
+        entries.extend(value.map(|value| (name.to_owned(), value)));
     };
     if let Some(header) = header {
         let procedure = header.procedure.as_ref();
@@ -350,39 +311,129 @@ pub(super) fn as_stated(si: f64, unit: f64) -> String {
     rounded.unwrap_or(si / unit).to_string()
 }
 
-fn page_gauge(name: &str, record: &InstrumentRecord, overdue: &[OverdueGauge]) -> PageGauge {
-    let none = || NOT_RECORDED.to_owned();
-    let (unit, scale) = if name == "force gauge" {
-        ("N", 1.0)
-    } else {
-        ("µm", METRES_PER_MICROMETRE)
-    };
-    let quantity = |value: Option<f64>| {
-        value.map_or_else(none, |value| format!("{} {unit}", as_stated(value, scale)))
-    };
-    let text = |value: Option<&String>| value.cloned().unwrap_or_else(none);
-    let date = |value: Option<jiff::civil::Date>| value.map_or_else(none, |date| date.to_string());
-    PageGauge {
-        name: name.to_owned(),
-        model: text(record.model.as_ref()),
-        serial: text(record.serial.as_ref()),
-        range: quantity(record.range),
-        resolution: quantity(record.resolution),
-        expanded: match (record.expanded_uncertainty, record.k) {
-            (None, _) => none(),
-            (stated, None) => quantity(stated),
-            (stated, Some(k)) if is_factor_of_limits(k) => {
-                let limits = quantity(stated);
-                let u = record.standard_uncertainty();
-                let u = u.map_or_else(none, |u| significant(u / scale, 2));
-                format!("limits ±{limits}, rectangular (u = {u} {unit})")
+impl PageGauge {
+    /// The last day on which its calibration counts.
+    fn due(&self) -> String {
+        or_none(self.record.due.as_ref())
+    }
+
+    /// A length or a force in the unit of the gauge, with the digits that were stated.
+    fn quantity(&self, value: Option<f64>) -> String {
+        let (unit, scale) = self.unit();
+        let words = value.map(|value| format!("{} {unit}", as_stated(value, scale)));
+        or_none(words.as_ref())
+    }
+
+    fn unit(&self) -> (&'static str, f64) {
+        match self.name.as_str() {
+            "force gauge" => ("N", 1.0),
+            _ => ("µm", METRES_PER_MICROMETRE),
+        }
+    }
+
+    /// Expanded uncertainty of its certificate, with k.
+    fn expanded(&self) -> String {
+        let (record, (unit, scale)) = (&self.record, self.unit());
+        let stated = self.quantity(record.expanded_uncertainty);
+        match record.k.filter(|_| record.expanded_uncertainty.is_some()) {
+            None => stated,
+            Some(k) if is_factor_of_limits(k) => {
+                let u = record
+                    .standard_uncertainty()
+                    .map(|u| significant(u / scale, 2));
+                let u = or_none(u.as_ref());
+                format!("limits ±{stated}, rectangular (u = {u} {unit})")
             }
-            (stated, Some(k)) => format!("{} (k = {k})", quantity(stated)),
-        },
-        certificate: text(record.certificate.as_ref()),
-        calibrated: date(record.calibrated),
-        due: date(record.due),
-        overdue: overdue.iter().any(|one| one.gauge == name),
+            Some(k) => format!("{stated} (k = {k})"),
+        }
+    }
+
+    /// Whether it was calibrated when it was used.
+    fn calibration(&self) -> String {
+        let record = &self.record;
+        if record.expanded_uncertainty.is_none() {
+            return "not stated".to_owned();
+        }
+        let certificate = record.certificate.as_ref().map_or_else(
+            || "certificate without number".to_owned(),
+            |number| format!("certificate {number}"),
+        );
+        match &record.due {
+            Some(due) if self.overdue => format!("{certificate}, OVERDUE (due {due})"),
+            Some(due) => format!("{certificate}, due {due}"),
+            None => format!("{certificate}, due date not stated"),
+        }
+    }
+}
+
+fn or_none(value: Option<&impl ToString>) -> String {
+    value.map_or_else(|| NOT_RECORDED.to_owned(), ToString::to_string)
+}
+
+impl PageSession {
+    /// Procedure, operator, place and environment, and the gauges.
+    pub(super) fn conditions_document(&self) -> Document {
+        let mut document = Document::new();
+        for (name, value) in &self.conditions {
+            document.pair(name, value);
+        }
+        let mut rows = Table::new(&[
+            "gauge",
+            "model",
+            "serial number",
+            "range",
+            "resolution",
+            "U of certificate",
+            "certificate",
+            "calibrated",
+            "due",
+        ]);
+        for gauge in &self.gauges {
+            let record = &gauge.record;
+            let due = if gauge.overdue {
+                TableCell::marked(format!("{} overdue", gauge.due()))
+            } else {
+                gauge.due().into()
+            };
+            let cells = [
+                gauge.name.clone(),
+                or_none(record.model.as_ref()),
+                or_none(record.serial.as_ref()),
+                gauge.quantity(record.range),
+                gauge.quantity(record.resolution),
+                gauge.expanded(),
+                or_none(record.certificate.as_ref()),
+                or_none(record.calibrated.as_ref()),
+            ];
+            rows.row(cells.map(TableCell::from).into_iter().chain([due]));
+        }
+        if self.gauges.is_empty() {
+            document.note(NoteKind::Warning, "The gauges are not recorded.");
+        } else {
+            document.table(rows);
+        }
+        document
+    }
+
+    /// Whether the gauges were calibrated when they were used.
+    pub(super) fn calibration(&self) -> String {
+        let mut alike: IndexMap<String, Vec<&str>> = IndexMap::new();
+        for gauge in &self.gauges {
+            let names = alike.entry(gauge.calibration()).or_default();
+            names.push(&gauge.name);
+        }
+        let each = alike.iter();
+        let mut each: Vec<String> = each
+            .map(|(state, names)| format!("{}: {state}", names.join(", ")))
+            .collect();
+        if each.is_empty() {
+            each.push("the gauges are not recorded".to_owned());
+        }
+        let is_stated = |gauge: &PageGauge| gauge.record.expanded_uncertainty.is_some();
+        if !self.results.is_empty() && !self.gauges.iter().any(is_stated) {
+            each.push("U does not contain it".to_owned());
+        }
+        each.join("; ")
     }
 }
 

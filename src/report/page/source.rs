@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::analysis::{AnalysisError, Data, Inputs, LoadedSession, OpenSettings, SessionTable};
 use crate::stiffness::{Branches, StiffnessTable};
 
-use super::session::{PageGauge, PageSession};
+use super::session::PageSession;
 
 /// The data of a report, opened.
 #[derive(Debug)]
@@ -93,12 +93,11 @@ impl PageSource {
     pub fn overdue(&self) -> Vec<String> {
         let several = self.parts.len() > 1;
         let gauges = self.parts.iter().flat_map(|part| {
-            let overdue = part.gauges.iter().filter(|gauge| gauge.overdue);
-            overdue.map(move |PageGauge { name, due, .. }| {
+            part.overdue.iter().map(move |gauge| {
                 if several {
-                    format!("{name} of {} (due {due})", part.name)
+                    format!("{}: {gauge}", part.name)
                 } else {
-                    format!("{name} (due {due})")
+                    gauge.clone()
                 }
             })
         });

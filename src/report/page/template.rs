@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use minijinja::{
-    AutoEscape, Environment, Output, State, UndefinedBehavior, Value, context, escape_formatter,
-};
+use minijinja::{Value, context};
 use serde::Serialize;
 use serde_json::Value as Json;
+use stiffbench_document::{Markup, misleads};
 
 use crate::analysis::sha256;
 
@@ -68,38 +67,12 @@ impl PageFormat {
         }
     }
 
-    /// Where templates of this form are rendered: what they print is escaped, each text in one place.
-    fn environment(self) -> Environment<'static> {
-        let mut environment = Environment::new();
-        environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);
-        environment.set_trim_blocks(true);
-        environment.set_lstrip_blocks(true);
-        let escape = match self {
-            PageFormat::Html => AutoEscape::Html,
-            PageFormat::Markdown => AutoEscape::Custom("markdown"),
-            PageFormat::Typst => AutoEscape::Custom("typst"),
-        };
-        environment.set_auto_escape_callback(move |_| escape);
-        // Templates of earlier versions name it.
-        environment.add_filter("cell", |value: Value| value);
-        let write = match self {
-            PageFormat::Html => escape_formatter,
-            PageFormat::Markdown => write_markdown,
-            PageFormat::Typst => write_typst,
-        };
-        environment.set_formatter(move |output, state, value| match value.as_str() {
-            Some(text) if text.contains(misleads) => {
-                let clean = text.replace(misleads, "\u{fffd}");
-                let value = if value.is_safe() {
-                    Value::from_safe_string(clean)
-                } else {
-                    Value::from(clean)
-                };
-                write(output, state, &value)
-            }
-            _ => write(output, state, value),
-        });
-        environment
+    fn markup(self) -> Markup {
+        match self {
+            Self::Html => Markup::Html,
+            Self::Markdown => Markup::Markdown,
+            Self::Typst => Markup::Typst,
+        }
     }
 }
 
@@ -153,7 +126,7 @@ impl PageTemplate {
         })?;
         unpack_all(&mut data);
         let data_sha256 = sha256(json);
-        let environment = self.format.environment();
+        let environment = self.format.markup().environment();
         let text = environment
             .render_named_str(
                 &self.name,
@@ -196,212 +169,4 @@ pub(super) fn embedded(page: &impl Serialize) -> String {
         }
     }
     text
-}
-
-/// Whether a character makes a reader see something else than is written: controls, and marks that turn the direction of text.
-fn misleads(c: char) -> bool {
-    c.is_control() && !matches!(c, '\n' | '\t')
-        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
-
-/// A text as a string of Typst, in which no sign of markup counts; other values as they are.
-fn write_typst(
-    output: &mut Output<'_>,
-    _: &State<'_, '_>,
-    value: &Value,
-) -> Result<(), minijinja::Error> {
-    match value.as_str().filter(|_| !value.is_safe()) {
-        Some(text) => {
-            let text = text.replace('\\', "\\\\").replace('"', "\\\"");
-            write!(output, "\"{text}\"")?;
-        }
-        None => write!(output, "{value}")?,
-    }
-    Ok(())
-}
-
-/// A text as one line of Markdown in which no sign of markup, HTML or link counts; other values as they are.
-fn write_markdown(
-    output: &mut Output<'_>,
-    _: &State<'_, '_>,
-    value: &Value,
-) -> Result<(), minijinja::Error> {
-    let Some(text) = value.as_str().filter(|_| !value.is_safe()) else {
-        return Ok(write!(output, "{value}")?);
-    };
-    let mut line = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '\n' => line.push(' '),
-            '<' | '>' | '&' | '[' | ']' => write!(line, "&#{};", u32::from(c))?,
-            _ if "\\`*_|~#$".contains(c) => line.extend(['\\', c]),
-            _ => line.push(c),
-        }
-    }
-    // Addresses are links without any markup.
-    let line = line.replace("://", "&#58;//").replace("www.", "www&#46;");
-    Ok(output.write_str(&line)?)
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-    use stiffbench_document::{Document, Table};
-
-    use super::*;
-
-    /// Texts that some form cannot hold as they are.
-    fn any_text() -> impl Strategy<Value = String> {
-        let odd = prop_oneof![
-            Just("|"),
-            Just("\n"),
-            Just("<b>"),
-            Just("&amp;"),
-            Just("=SUM(A1)"),
-            Just("[a](javascript:b)"),
-            Just("\u{202e}"),
-            Just("\u{1}"),
-            Just("`*_~#$"),
-            Just("\\"),
-            Just("\""),
-            Just("µm"),
-            Just("NaN"),
-            Just("{{ x }}"),
-            Just("-"),
-        ];
-        let plain = "[a-z0-9.]{1,12}".prop_map(String::from);
-        let part = prop_oneof![odd.prop_map(str::to_owned), plain];
-        proptest::collection::vec(part, 1..6).prop_map(|parts| format!("x{}y", parts.concat()))
-    }
-
-    /// A text as every form may show it: one line, and a sign for what would mislead.
-    fn shown(text: &str) -> String {
-        text.replace('\n', " ").replace(misleads, "\u{fffd}")
-    }
-
-    /// What stands in the blocks of a document, in their order.
-    fn texts(document: &Document) -> Vec<String> {
-        fn all(value: &Json, texts: &mut Vec<String>) {
-            match value {
-                Json::String(text) => texts.push(text.clone()),
-                Json::Array(list) => {
-                    for one in list {
-                        all(one, texts);
-                    }
-                }
-                Json::Object(block) => {
-                    for (_, part) in block.iter().filter(|(key, _)| *key != "kind") {
-                        all(part, texts);
-                    }
-                }
-                _ => {}
-            }
-        }
-        let mut texts = Vec::new();
-        all(&serde_json::to_value(document).unwrap(), &mut texts);
-        texts
-    }
-
-    fn rendered(format: PageFormat, document: &Document) -> String {
-        let template = format.template().text;
-        let begins = template.find("{% macro blocks").unwrap();
-        let ends = template.find("{% endmacro %}").unwrap();
-        let bullets = template
-            .split("{% macro bullets")
-            .nth(1)
-            .map_or_else(String::new, |rest| {
-                format!(
-                    "{{% macro bullets{}{{% endmacro %}}",
-                    rest.split("{% endmacro %}").next().unwrap()
-                )
-            });
-        let text = format!(
-            "{bullets}{}{{% endmacro %}}{{{{ blocks(all) }}}}",
-            &template[begins..ends]
-        );
-        let environment = format.environment();
-        environment
-            .render_str(&text, context! { all => document })
-            .unwrap()
-    }
-
-    /// The texts between the marks of HTML.
-    fn read_html(page: &str) -> Vec<String> {
-        let inside = page.split('<').filter_map(|piece| piece.split_once('>'));
-        let inside = inside.map(|(_, text)| text);
-        let texts = inside.map(|text| {
-            let text = text
-                .replace("&lt;", "<")
-                .replace("&gt;", ">")
-                .replace("&quot;", "\"")
-                .replace("&#x27;", "'");
-            text.replace("&#x2f;", "/")
-                .replace("&amp;", "&")
-                .trim_end_matches('\n')
-                .to_owned()
-        });
-        texts.filter(|text| !text.trim().is_empty()).collect()
-    }
-
-    /// The texts of Markdown: a reader of it takes backslashes and codes of characters back.
-    fn read_markdown(text: &str) -> Vec<String> {
-        let is_rule = |line: &str| line.starts_with("|---");
-        let mut all = Vec::new();
-        for line in text
-            .lines()
-            .filter(|line| !line.trim().is_empty() && !is_rule(line))
-        {
-            let mut cells = vec![String::new()];
-            let mut signs = line.chars();
-            while let Some(sign) = signs.next() {
-                let cell = cells.last_mut().unwrap();
-                match sign {
-                    '\\' => cell.extend(signs.next()),
-                    '|' => cells.push(String::new()),
-                    '&' => {
-                        let code: String = signs.by_ref().take_while(|sign| *sign != ';').collect();
-                        let code: u32 = code.trim_start_matches('#').parse().unwrap();
-                        cell.extend(char::from_u32(code));
-                    }
-                    sign => cell.push(sign),
-                }
-            }
-            all.extend(cells.into_iter().filter(|cell| !cell.is_empty()));
-        }
-        all
-    }
-
-    proptest! {
-        /// Every text of a document stands in every form, and no text becomes a mark of it.
-        #[test]
-        fn every_form_holds_the_texts_of_a_document(
-            paragraph in any_text(), items in proptest::collection::vec(any_text(), 1..4), pairs in proptest::collection::vec((any_text(), any_text()), 1..4),
-            rows in proptest::collection::vec(any_text(), 6..=6),
-        ) {
-            let mut document = Document::of(paragraph);
-            for item in &items {
-                document.item(item);
-            }
-            let mut table = Table::new(&["name", "value", "unit"]);
-            for row in rows.chunks(3) {
-                table.row(row.to_vec());
-            }
-            document.table(table);
-            let own: Vec<String> = texts(&document).iter().map(|text| shown(text)).collect();
-            let page: Vec<String> = read_html(&rendered(PageFormat::Html, &document)).iter().map(|text| shown(text)).collect();
-            prop_assert_eq!(&page, &own);
-            let markdown = read_markdown(&rendered(PageFormat::Markdown, &document));
-            let markdown: Vec<&str> = markdown.iter().map(|text| text.trim().trim_start_matches("- ")).collect();
-            prop_assert_eq!(&markdown, &own);
-            for (name, value) in &pairs {
-                document.pair(name, value);
-            }
-            let typst = rendered(PageFormat::Typst, &document);
-            for text in texts(&document) {
-                let text = text.replace(misleads, "\u{fffd}").replace('\\', "\\\\").replace('"', "\\\"");
-                let quoted = format!("\"{text}\"");
-                prop_assert!(typst.contains(&quoted), "{} is not in {}", quoted, typst);
-            }
-        }
-    }
 }
