@@ -6,9 +6,18 @@ use std::collections::BTreeSet;
 
 use clap::Command;
 use rayon::prelude::*;
-use serde_json::json;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
-use stiffbench::report::schemas;
+use stiffbench::analysis::StoredResult;
+use stiffbench::mismatch::{DesignReport, LawAtPlace};
+use stiffbench::physics::{Effect, Law};
+use stiffbench::report::{
+    ComparisonReport, FitReport, MapResult, PlanReport, PredictionReport, ShardReport,
+    SignificanceReport, SimulationReport, VectorStiffnessReport, VerifyReport, schemas,
+};
+use stiffbench::stiffness::StiffnessReport;
 use stiffbench_test_files::desk::{Desk, Ran};
 use stiffbench_test_files::schemas::are_published;
 
@@ -95,6 +104,29 @@ const RUNS: &[(&[&str], &[&str])] = &[
     ]),
 ];
 
+#[test]
+fn an_effect_of_every_law_is_read_back() {
+    for law in Law::ALL.iter().copied() {
+        let place = law.place_kind.example().trim_start_matches('@');
+        let place = law.place_kind.read(place).unwrap();
+        let effect = Effect::new(law, place, vec![1.0; law.parameters.len()]).unwrap();
+        let object = json!(effect);
+        assert_eq!(Effect::deserialize(&object).unwrap(), effect, "{object}");
+        let named = LawAtPlace::deserialize(&object).unwrap();
+        assert_eq!(
+            (named.law.name, named.place),
+            (law.name, effect.place),
+            "{object}"
+        );
+    }
+    let unknown = json!({"physics": "joint-backlsh", "place": {"joint": "A3"}, "parameters": {}});
+    let error = Effect::deserialize(&unknown).unwrap_err().to_string();
+    assert!(
+        error.contains("there is no law `joint-backlsh`: did you mean joint-backlash?"),
+        "{error}"
+    );
+}
+
 /// The words of every command that is shown and has none below it that must be named, with a bad value for each argument that it needs.
 fn with_bad_arguments() -> Vec<String> {
     fn walk(command: &Command, words: &str, found: &mut Vec<String>) {
@@ -138,6 +170,34 @@ fn what_commands_print_on_failure_follows_the_schema() {
     assert!(codes.len() >= 6, "{codes:?}");
 }
 
+/// The result that a command printed, read and written again; `None` of kinds that are only written.
+fn read_back(kind: &str, printed: &str) -> Option<Value> {
+    fn of<T: Serialize + DeserializeOwned>(kind: &str, printed: &str) -> Value {
+        let stored = StoredResult::<T>::read(kind, printed);
+        json!(
+            stored
+                .unwrap_or_else(|problem| panic!("{problem}: {printed}"))
+                .data
+        )
+    }
+    let reader = match kind {
+        "compare" => of::<ComparisonReport>,
+        "design" => of::<DesignReport>,
+        "fit" => of::<FitReport>,
+        "map" => of::<MapResult>,
+        "map-shard" => of::<ShardReport>,
+        "prediction" => of::<PredictionReport>,
+        "session-plan" => of::<PlanReport>,
+        "session-verify" => of::<VerifyReport>,
+        "significance" => of::<SignificanceReport>,
+        "simulate" => of::<SimulationReport>,
+        "stiffness" => of::<StiffnessReport>,
+        "stiffness-vectors" => of::<VectorStiffnessReport>,
+        _ => return None,
+    };
+    Some(reader(kind, printed))
+}
+
 /// The kinds of results and the verdicts that commands print which run in one folder.
 fn seen(given: &[&str], commands: &[&str]) -> BTreeSet<String> {
     let desk = Desk::new(env!("CARGO_BIN_EXE_stiffbench"));
@@ -159,6 +219,11 @@ fn seen(given: &[&str], commands: &[&str]) -> BTreeSet<String> {
             .as_str()
             .unwrap_or_else(|| panic!("{line}: {}", ran.stdout));
         seen.insert(kind.to_owned());
+        if object["ok"] == true
+            && let Some(again) = read_back(kind, &ran.stdout)
+        {
+            assert_eq!(again.to_string(), object["data"].to_string(), "{line}");
+        }
         if let Some(verdict) = object["data"]["verdict"].as_str() {
             seen.insert(verdict.to_owned());
         }

@@ -4,7 +4,7 @@
 //! follows from the covariance of the parameters by the law of propagation of uncertainty (JCGM 100:2008, equation 13).
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::{FactorCorrelations, FactorEstimate, FactorStatus};
 use crate::nearest::nearest;
@@ -16,7 +16,7 @@ use super::error::ArgumentError;
 const DEEPEST: usize = 50;
 
 /// A quantity that follows from fitted parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DerivedQuantity {
     /// What the user calls it.
     pub name: String,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::{
     BootstrapDraws, FactorStatus, FitError, FitOptions, FitOutcome, FitProblem, FixedPhysics,
@@ -71,7 +71,7 @@ pub struct PlannedFit {
 }
 
 /// One of several sessions that were fitted together.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "FittedSessionReport")]
 pub struct FittedSession {
     /// What the cells call it.
@@ -509,8 +509,8 @@ impl FitData {
         }
         outcome.bootstrap = Some(BootstrapDraws {
             over: match settings.bootstrap_over {
-                BootstrapOver::Runs => "runs",
-                BootstrapOver::Cells => "cells",
+                BootstrapOver::Runs => "runs".into(),
+                BootstrapOver::Cells => "cells".into(),
             },
             replicates: settings.bootstrap,
             failed: found.failed,

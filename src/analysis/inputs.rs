@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::plot::Figure;
 use crate::readings::{OverdueGauge, SessionHeader};
@@ -18,7 +18,7 @@ use super::session_table::SessionTable;
 const SHORT_HASH: usize = 12;
 
 /// The inputs of a result.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Inputs {
     /// Readings or stiffness values.
     data: Vec<DataInput>,
@@ -30,7 +30,7 @@ pub struct Inputs {
     factors: Option<NamedInput>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct NamedInput {
     name: String,
     sha256: String,
@@ -39,7 +39,7 @@ struct NamedInput {
     from: Option<String>,
 }
 
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct DataInput {
     name: String,
     sha256: String,
@@ -49,7 +49,7 @@ struct DataInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     imported: Option<String>,
     /// Calibrations of gauges that were given beside the data.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     calibration: Vec<String>,
     /// Gauges whose calibration is overdue; among the warnings in JSON.
     #[serde(skip)]
@@ -60,6 +60,13 @@ impl Inputs {
     /// SHA-256 of each of the data, in hexadecimal.
     pub fn hashes_of_data(&self) -> impl Iterator<Item = &str> {
         self.data.iter().map(|data| &*data.sha256)
+    }
+
+    /// Name of the robot and SHA-256 of its file, if there is one.
+    #[must_use]
+    pub fn robot(&self) -> Option<(&str, &str)> {
+        let robot = self.robot.as_ref()?;
+        Some((&robot.name, &robot.sha256))
     }
 
     /// Readings.

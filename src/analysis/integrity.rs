@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::readings::{ReadingTable, SessionHeader};
 use crate::session::{
@@ -196,7 +196,7 @@ impl JournalCheck {
 }
 
 /// The table of readings of a session beside its journal.
-#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum TableCheck {
     /// There is no journal that it could be compared with.
@@ -217,7 +217,7 @@ pub enum TableCheck {
 }
 
 /// How a table differs from its journal.
-#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Differences {
     /// Changed numbers, in words.
     pub changed: Vec<String>,

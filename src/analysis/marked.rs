@@ -2,12 +2,12 @@
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::readings::{ReadingStatus, ReadingTable};
 
 /// Readings of one session with the same status and the same flag.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReadingMark {
     /// The session, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -45,6 +45,7 @@ mod procedure;
 mod residuals;
 mod robot_check;
 mod session_table;
+mod stored;
 mod subject;
 mod together;
 mod unknown_springs;
@@ -89,7 +90,8 @@ pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
+pub use stored::StoredResult;
 pub use subject::{RobotSubject, Subject};
 pub use together::{MarkedReading, OpenBefore, SessionShare};
 pub use unknown_springs::{UnknownSprings, stiffness_words};
-pub use vector_stiffness::VectorStiffness;
+pub use vector_stiffness::{AxisValues, VectorStiffness, VectorStiffnessCell};

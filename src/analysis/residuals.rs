@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::fit::FitOutcome;
 use crate::readings::Reading;
@@ -32,7 +32,7 @@ pub struct ReadingResidual<'a> {
 /// # Source
 /// Wald and Wolfowitz, Annals of Mathematical Statistics 11 (1940), 147: number of runs, its mean and variance given how many residuals are
 /// positive and negative; normal approximation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunsTest {
     /// Order of the residuals.
     pub against: ResidualOrder,
@@ -45,7 +45,7 @@ pub struct RunsTest {
 }
 
 /// In which order residuals are looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ResidualOrder {
     /// Of single readings by force, within each application of the load sequence, whose own zero and slope are taken off.

@@ -1,9 +1,13 @@
 //! Compliance along each base axis of sessions with several displacement gauges: the slopes that a fit takes.
 
 use indexmap::{IndexMap, IndexSet};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::mismatch::{CellSlopes, Observations};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::readings::Reading;
+use crate::reported::Reported;
 use crate::statistics::{Estimate, mean, standard_deviation};
 use crate::stiffness::Branches;
 use crate::test_point::{Direction, PoseId};
@@ -34,6 +38,77 @@ pub struct VectorStiffness {
     pub along_m_per_n: Option<Estimate>,
     /// Displacement along x, y, z at the largest load per that load from the zero of the gauges, m/N, averaged over the runs.
     pub at_largest_m_per_n: [Option<Estimate>; 3],
+}
+
+/// Metres per newton in a micrometre per newton.
+const UM_PER_N: f64 = 1e-6;
+
+/// Compliance of one pose under a load in one direction.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct VectorStiffnessCell {
+    /// The pose.
+    pub pose: PoseId,
+    /// Name of the direction of the load.
+    pub direction: String,
+    /// The direction, a unit vector along the base axes.
+    pub unit_vector: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+    /// Number of readings.
+    pub readings: usize,
+    /// Displacement along the base axes per force along the load, slope over the loads.
+    pub compliance: AxisValues,
+    /// Stiffness along the load, the inverse of the compliance along it.
+    pub stiffness: Reported,
+}
+
+/// Values along the base axes.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct AxisValues {
+    /// Along x.
+    pub x: Reported,
+    /// Along y.
+    pub y: Reported,
+    /// Along z.
+    pub z: Reported,
+}
+
+impl AxisValues {
+    /// Values in a unit, with the reason where there is none.
+    #[must_use]
+    pub fn new(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> Self {
+        let [x, y, z] = values.map(|value| match value {
+            Some(estimate) => Reported::from_estimate(&estimate, si_per_unit, unit),
+            None => Reported::missing(unit, "not read along this axis"),
+        });
+        Self { x, y, z }
+    }
+}
+
+impl From<&VectorStiffness> for VectorStiffnessCell {
+    fn from(cell: &VectorStiffness) -> Self {
+        let inverse = cell.along_m_per_n.filter(|along| along.value != 0.0);
+        let inverse = inverse.map(|along| Estimate {
+            value: 1.0 / along.value,
+            standard_uncertainty: along.standard_uncertainty / along.value.powi(2),
+            dof: along.dof,
+        });
+        Self {
+            pose: cell.pose.clone(),
+            direction: cell.direction.clone(),
+            unit_vector: cell.unit,
+            runs: cell.runs,
+            readings: cell.readings,
+            compliance: AxisValues::new(&cell.compliance_m_per_n, UM_PER_N, "um/N"),
+            stiffness: match &inverse {
+                Some(inverse) => Reported::from_estimate(inverse, N_PER_UM, "N/um"),
+                None => Reported::missing(
+                    "N/um",
+                    "the load has a component along an axis that was not read",
+                ),
+            },
+        }
+    }
 }
 
 impl LoadedSession {

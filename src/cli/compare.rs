@@ -15,7 +15,7 @@ use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
 use super::figure_files::write_figure;
-use super::outcome::{Outcome, OutcomeNote};
+use super::outcome::Outcome;
 use super::report::{PageArgs, write_comparison};
 
 /// Arguments of `compare`.
@@ -85,12 +85,11 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         .collect();
     warnings.push(gauge_note(same));
     warnings.extend(metadata_differences(&a, &b));
+    let mut drawn = Vec::new();
     if let Some(path) = &args.figure {
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
-        let written = write_figure(path, &figure, &inputs);
-        let written = written.map_err(|failure| failure.with_warnings(&warnings))?;
-        let written = written.into_iter().map(OutcomeNote::Written);
-        warnings.extend(written.map(|note| note.to_string()));
+        drawn = write_figure(path, &figure, &inputs)
+            .map_err(|failure| failure.with_warnings(&warnings))?;
     }
     if let Some(out) = &args.report {
         let two = robots.is_some();
@@ -119,6 +118,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     Ok(Outcome::new("compare", document, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
+        .with_written(&drawn)
         .with_strict_exit(u8::from(differs)))
 }
 

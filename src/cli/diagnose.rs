@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
 use stiffbench_document::Document;
 
 use crate::analysis::{
@@ -109,8 +108,10 @@ pub(super) fn report_of(
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {
             let model = model(&folder)?.map(|model| ("model.toml", model));
-            let fields = [("data", json!(data)), ("warnings", json!(warnings))];
-            let mut written = write_diagnosis(&folder, &whole.text(), inputs, fields)?;
+            let result = Outcome::new("diagnosis", whole.clone(), &data)
+                .with_inputs(inputs.clone())
+                .with_warnings(warnings.clone());
+            let mut written = write_result(&folder, ["verdict.txt", "diagnosis.json"], &result)?;
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
@@ -239,20 +240,6 @@ pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
     Ok(Some(
         folder.map_err(CliError::write(&data.join("diagnosis")))?,
     ))
-}
-
-/// Writes the page and the data of a diagnosis; returns what was written.
-///
-/// # Arguments
-/// - `fields`: of the data besides its inputs.
-fn write_diagnosis<const N: usize>(
-    folder: &Path,
-    text: &str,
-    inputs: &Inputs,
-    fields: [(&str, Value); N],
-) -> Result<Vec<PathBuf>, CliError> {
-    let files = ["verdict.txt", "diagnosis.json"];
-    write_result(folder, "diagnosis", files, (text, inputs), fields)
 }
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor

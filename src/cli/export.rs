@@ -14,10 +14,8 @@ use crate::export::tidy::{
 };
 use crate::procedure::Procedure;
 use crate::readings::OverdueGauge;
-use crate::report::{
-    DataExportReport, ExportedFile, ExportedTable, TableFormat, VectorStiffnessReport,
-};
-use crate::stiffness::Branches;
+use crate::report::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
+use crate::stiffness::{Branches, StiffnessReport};
 
 use super::args::{Global, LogArgs};
 use super::failure::{CliError, Failure};
@@ -205,10 +203,11 @@ fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, F
     let mut about = provenance(&session);
     if session.table.is_of_vectors() {
         let cells = session.compliances(branches);
-        let report = VectorStiffnessReport::new(&cells, session.procedure());
-        tables.extend(vector_stiffness_tables(&report));
+        let cells: Vec<_> = cells.iter().map(Into::into).collect();
+        tables.extend(vector_stiffness_tables(&cells));
     } else {
-        tables.extend(stiffness_tables(&session.stiffness(branches)?));
+        let table = session.stiffness(branches)?;
+        tables.extend(stiffness_tables(&StiffnessReport::from(&table)));
         about
             .facts
             .push(("branches".to_owned(), words_of(branches).to_owned()));

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use miette::Diagnostic;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::args::Global;
 use crate::analysis::ArgumentError;
 use crate::report::ErrorReport;
 
 use super::excerpt::excerpt;
-use super::outcome::{envelope, not_printed, print_error, print_json};
+use super::outcome::{error_object, not_printed, print_error, print_json};
 
 /// Errors of the command line itself.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -319,15 +319,13 @@ impl Failure {
 
     /// The one object of `--json`.
     fn json(&self, exit: u8) -> Value {
-        let mut object = envelope("error", false);
-        object["error"] = json!(ErrorReport {
+        let error = ErrorReport {
             code: self.code(),
             message: self.message(),
             help: self.report.help().map(|help| help.to_string()),
             exit_code: exit,
-        });
-        object["warnings"] = json!(self.warnings);
-        object
+        };
+        error_object(&error, &self.warnings)
     }
 
     /// The object that the program prints for this failure with `--json`.

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 use crate::session::write_whole;
 
-use serde_json::{Value, json};
+use rayon::prelude::*;
 
 use super::failure::{CliError, Failure};
-use super::outcome::envelope;
+use super::outcome::Outcome;
 use crate::analysis::{ArgumentError, Inputs, is_dash, is_input};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
@@ -74,20 +74,19 @@ pub fn write_figure(
     Ok(written)
 }
 
-/// Writes figures into a folder, each under its name; returns what was written.
+/// Writes figures into a folder, each under its name, on all cores; returns what was written.
 ///
 /// # Errors
 /// As [`write_figure`].
 pub(super) fn write_figures(
     folder: &Path,
-    figures: Vec<(impl AsRef<Path>, Figure)>,
+    figures: Vec<(impl AsRef<Path> + Send, Figure)>,
     inputs: &Inputs,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let mut written = Vec::new();
-    for (name, figure) in figures {
-        written.extend(write_figure(&folder.join(name), &figure, inputs)?);
-    }
-    Ok(written)
+    let figures = figures.into_par_iter();
+    let written = figures.map(|(name, figure)| write_figure(&folder.join(name), &figure, inputs));
+    let written: Vec<Vec<PathBuf>> = written.collect::<Result<_, Failure>>()?;
+    Ok(written.concat())
 }
 
 /// Writes a new file whole, and makes its folder if there is none.
@@ -124,21 +123,12 @@ pub(super) fn write_texts(
 ///
 /// # Arguments
 /// - `files`: names of the text and of the JSON.
-/// - `fields`: of the JSON besides the inputs.
-pub(super) fn write_result<const N: usize>(
+pub(super) fn write_result(
     folder: &Path,
-    kind: &str,
     files: [&str; 2],
-    (text, inputs): (&str, &Inputs),
-    fields: [(&str, Value); N],
+    result: &Outcome,
 ) -> Result<Vec<PathBuf>, CliError> {
-    let mut object = envelope(kind, true);
-    object["inputs"] = json!(inputs);
-    for (name, value) in fields {
-        object[name] = value;
-    }
-    let texts = [format!("{}{text}", inputs.text()), format!("{object:#}\n")];
-    write_texts(folder, files.into_iter().zip(texts))
+    write_texts(folder, files.into_iter().zip(result.texts()))
 }
 
 /// Writes a file that must not exist, whoever else writes at the same time.

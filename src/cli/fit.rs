@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 
 use crate::analysis::{
     ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, PlannedFit,
-    derive, read_text,
+    StoredResult, derive, read_text,
 };
 use crate::fit::{FitOutcome, PaperFit};
 use crate::load_cases::write_load_cases;
-use crate::report::{
-    ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps, StoredFit, StoredModel,
-};
+use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg};
@@ -182,17 +180,17 @@ fn compared(
     };
     let mut files = Vec::with_capacity(against.len());
     for path in against {
-        let stored = StoredFit::read(&read_text(path)?).map_err(|problem| refuse(path, problem))?;
+        let stored = StoredResult::<FitReport>::read("fit", &read_text(path)?);
+        let stored = stored.map_err(|problem| refuse(path, problem))?;
         files.push((path, stored));
     }
-    let model = StoredModel::from(own);
-    let first = ComparedFit::new("this fit", &model, inputs.hashes_of_data().collect())
+    let first = ComparedFit::new("this fit", own, inputs.hashes_of_data().collect())
         .map_err(|problem| refuse(Path::new("FIT.json"), format!("this fit: {problem}")))?;
     let mut fits = vec![first];
     for (path, stored) in &files {
         let name = path.display().to_string();
-        let hashes = stored.inputs.data.iter().map(|one| &*one.sha256);
-        let fit = ComparedFit::new(&name, &stored.data, hashes.collect())
+        let hashes = stored.inputs.hashes_of_data().collect();
+        let fit = ComparedFit::new(&name, &stored.data, hashes)
             .map_err(|problem| refuse(path, problem.to_owned()))?;
         if let Some(difference) = fit.differs_from(&fits[0]) {
             let problem = format!("{difference}: models of different data cannot be ranked");

@@ -119,7 +119,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 pub fn json_of(words: impl IntoIterator<Item = OsString>) -> Result<Value, Value> {
     forget_inputs();
     let cli = parse_for_json(words)?;
-    let mut outcome = run(cli).map_err(|failure| failure.to_json())?;
+    let outcome = run(cli).map_err(|failure| failure.to_json())?;
     Ok(outcome.json())
 }
 

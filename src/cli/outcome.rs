@@ -116,14 +116,6 @@ impl Outcome {
         self
     }
 
-    /// With remarks before the notes that it has.
-    #[must_use]
-    pub fn with_more_warnings(mut self, warnings: Vec<String>) -> Self {
-        let remarks = warnings.into_iter().map(OutcomeNote::Remark);
-        self.notes.splice(0..0, remarks);
-        self
-    }
-
     /// With a note for each file that was written.
     #[must_use]
     pub fn with_written<'p>(mut self, files: impl IntoIterator<Item = &'p PathBuf>) -> Self {
@@ -195,13 +187,19 @@ impl Outcome {
     }
 
     /// The one object of `--json`.
-    pub(super) fn json(&mut self) -> Value {
+    pub(super) fn json(&self) -> Value {
         let mut object = envelope(self.kind, !self.failed);
         object["inputs"] = json!(self.inputs);
-        object["data"] = self.data.take();
+        object["data"] = self.data.clone();
         let notes = self.notes.iter().map(ToString::to_string);
         object["warnings"] = json!(notes.collect::<Vec<_>>());
         object
+    }
+
+    /// What it is in files: text for people, and what `--json` prints.
+    pub(super) fn texts(&self) -> [String; 2] {
+        let text = format!("{}{}", self.inputs.text(), self.text);
+        [text, format!("{:#}\n", self.json())]
     }
 
     fn write(&mut self, global: &Global) -> std::io::Result<()> {
@@ -257,6 +255,14 @@ pub fn envelope(kind: &str, ok: bool) -> Value {
         "kind": kind,
         "ok": ok,
     })
+}
+
+/// The object of `--json` for a failure.
+pub(super) fn error_object(error: &ErrorReport, warnings: &[String]) -> Value {
+    let mut object = envelope("error", false);
+    object["error"] = json!(error);
+    object["warnings"] = json!(warnings);
+    object
 }
 
 /// The version of a kind's schema. In the second, `u` is the standard and `U` the expanded uncertainty; in the first `u` was the
@@ -364,18 +370,16 @@ pub fn print_usage(error: &clap::Error, arguments: &[OsString], program: &str) -
 
 /// The object of `--json` for what clap says.
 pub(super) fn usage_json(error: &clap::Error, program: &str) -> Value {
-    let mut object = envelope("error", false);
     let everything = || {
         format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")
     };
-    object["error"] = json!(ErrorReport {
+    let error = ErrorReport {
         code: "stiffbench::usage".to_owned(),
         message: usage_message(error),
         help: Some(usage_tip(error).unwrap_or_else(everything)),
         exit_code: 2,
-    });
-    object["warnings"] = json!([]);
-    object
+    };
+    error_object(&error, &[])
 }
 
 /// The first paragraph of what clap says, in one line; what follows it there is the usage.

@@ -256,10 +256,9 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
             .collect();
     }
     let projection = project(&robot, &plan)?;
-    let mut written = Vec::new();
-    if let Some(path) = &args.figure {
-        written = write_figure(path, &projection.figure(&robot), &inputs)?;
-    }
+    let figure = args.figure.iter();
+    let written = figure.map(|path| write_figure(path, &projection.figure(&robot), &inputs));
+    let written: Vec<_> = written.collect::<Result<_, _>>()?;
     Ok(Outcome::new(
         "robot-workspace",
         projection.document(&robot),
@@ -267,7 +266,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     )
     .with_inputs(inputs)
     .with_warnings(robot.warnings.clone())
-    .with_written(&written))
+    .with_written(written.iter().flatten()))
 }
 
 /// Compliance where it was placed; of an arm of rigid links with the load's own term.

@@ -3,8 +3,6 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use rayon::prelude::*;
-
 use crate::analysis::Inputs;
 use crate::plot::{RobotDrawing, robot_pose};
 use crate::report::{pose_drawing, with_equal_views};
@@ -12,7 +10,7 @@ use crate::robot::{FittingFactors, JointModel, MechanismModel, Robot, Theory};
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::{file_part, write_figure};
+use super::figure_files::{file_part, write_figures};
 use super::robot_args::RobotCheckArgs;
 use super::screen::Glyphs;
 use super::sketch::sketch;
@@ -47,15 +45,11 @@ pub(super) fn draw(
     if let Some(folder) = &args.out {
         let mechanism = &robot.mechanism(None)?.name;
         let inputs = inputs.clone().with_mechanism(mechanism);
-        let written: Vec<Vec<PathBuf>> = names
-            .par_iter()
-            .zip(&drawings)
-            .map(|(name, drawing)| {
-                let path = folder.join(format!("pose-{}", file_part(name)));
-                write_figure(&path, &robot_pose(drawing), &inputs)
-            })
-            .collect::<Result<_, Failure>>()?;
-        drawn.written = written.concat();
+        let figures = names.iter().zip(&drawings).map(|(name, drawing)| {
+            let name = format!("pose-{}", file_part(name));
+            (name, robot_pose(drawing))
+        });
+        drawn.written = write_figures(folder, figures.collect(), &inputs)?;
     }
     if sketched {
         let named: Vec<(String, RobotDrawing)> = names.into_iter().zip(drawings).collect();

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use crate::analysis::{ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
 use crate::readings::{Reading, ReadingTable};
 use crate::report::{VectorStiffnessReport, stiffness_document};
-use crate::stiffness::Branches;
+use crate::stiffness::{Branches, StiffnessReport};
 
 use super::args::{Global, StiffnessArgs};
 use super::failure::Failure;
@@ -34,7 +34,8 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     warnings.extend(not_counted(left_out));
     let document = stiffness_document(&table, args.budget);
-    Ok(Outcome::new("stiffness", document, table)
+    let report = StiffnessReport::from(&table);
+    Ok(Outcome::new("stiffness", document, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(flagged)))

@@ -1,7 +1,8 @@
 //! The comparison of two sessions, for people and for programs.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use stiffbench_document::Document;
 
@@ -19,7 +20,7 @@ use crate::count::counted;
 const UNIT: &str = "N/um";
 
 /// The comparison of two sessions, A and B.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonReport {
     /// The cells that both have.
     pub cells: Vec<CellDifference>,
@@ -29,17 +30,16 @@ pub struct ComparisonReport {
     pub overall: Option<OverallTest>,
     /// Whether the sessions agree.
     pub verdict: StiffnessAgreement,
+    /// The verdict in a sentence, with the cells that differ.
+    pub headline: String,
     /// The rule behind the verdict.
-    pub rule: &'static str,
+    pub rule: Cow<'static, str>,
     /// Whether the robot files of the sessions differ.
     pub two_robots: bool,
-    /// The verdict in words, with the cells that differ.
-    #[serde(skip)]
-    sentence: String,
 }
 
 /// The stiffness of one cell in two sessions.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CellDifference {
     /// The pose.
     pub pose: PoseId,
@@ -58,12 +58,12 @@ pub struct CellDifference {
 }
 
 /// A difference with its uncertainty.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct MeasuredDifference {
     /// The difference in `unit`.
     pub value: f64,
     /// Unit of all three.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard uncertainty.
     pub u: f64,
     /// Expanded uncertainty for 95 %.
@@ -74,14 +74,14 @@ pub struct MeasuredDifference {
 }
 
 /// A cell that cannot be compared.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CellNotCompared {
     /// The pose.
     pub pose: PoseId,
     /// The direction.
     pub direction: Direction,
     /// Why.
-    pub reason: &'static str,
+    pub reason: Cow<'static, str>,
 }
 
 impl ComparisonReport {
@@ -95,14 +95,14 @@ impl ComparisonReport {
                 .map(|(cell, reason)| CellNotCompared {
                     pose: cell.pose.clone(),
                     direction: cell.direction,
-                    reason: reason_words(*reason),
+                    reason: reason_words(*reason).into(),
                 })
                 .collect(),
             overall: comparison.overall,
             verdict: comparison.agreement,
-            rule: DECISION_RULE,
+            headline: verdict_sentence(comparison),
+            rule: DECISION_RULE.into(),
             two_robots,
-            sentence: verdict_sentence(comparison),
         }
     }
 
@@ -159,14 +159,14 @@ impl ComparisonReport {
                 probability(overall.p)
             ));
         }
-        document.paragraph(format!("{} Rule: {}", self.sentence, self.rule));
+        document.paragraph(format!("{} Rule: {}", self.headline, self.rule));
         document
     }
 
     /// The verdict in a sentence, with the cells that differ.
     #[must_use]
     pub fn sentence(&self) -> &str {
-        &self.sentence
+        &self.headline
     }
 }
 
@@ -201,7 +201,7 @@ impl CellDifference {
             b: Reported::exact(change.b_n_per_m / N_PER_UM, UNIT),
             difference: MeasuredDifference {
                 value: change.change_n_per_m / N_PER_UM,
-                unit: UNIT,
+                unit: UNIT.into(),
                 u: change.standard_uncertainty_n_per_m / N_PER_UM,
                 expanded: change.expanded_n_per_m / N_PER_UM,
                 dof: change.dof.is_finite().then_some(change.dof),

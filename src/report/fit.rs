@@ -593,13 +593,13 @@ fn frames_table(fitted: &FramesReport) -> Document {
     document.rows(
         fitted.parameters.iter().zip(values.as_flattened()),
         &[
-            ("frame", &|(one, _)| one.name.to_owned()),
+            ("frame", &|(one, _)| one.name.to_string()),
             ("value", &|(_, value)| format!("{value:.4}")),
-            ("unit", &|(one, _)| unit(one.unit)),
+            ("unit", &|(one, _)| unit(&one.unit)),
             ("standard error", &|(one, _)| {
                 digits(one.standard_error.map(micro), 2)
             }),
-            ("unit", &|(one, _)| sign_of(one.unit)),
+            ("unit", &|(one, _)| sign_of(&one.unit)),
         ],
     );
     document

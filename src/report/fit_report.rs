@@ -20,6 +20,7 @@ use crate::quantity::{
 };
 use crate::reported::Reported;
 use crate::robot::{ElementClass, FittingFactors, ModelParameter, StoredSprings};
+use crate::structure::Property;
 use crate::test_point::{Direction, PoseId};
 
 use super::model_comparison::ModelComparison;
@@ -28,7 +29,7 @@ use super::simulation::TrackerReport;
 use super::text::micro;
 
 /// A fit.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FitReport {
     /// How the parameters were found.
     pub method: FitMethod,
@@ -71,7 +72,7 @@ pub struct FitReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<BootstrapDraws>,
     /// The sessions, where several were fitted together, in the order of their cells.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<FittedSession>,
     /// Readings that the fit leaves out because of their status, and those that it uses though they are flagged.
     pub marked: Vec<ReadingMark>,
@@ -80,16 +81,16 @@ pub struct FitReport {
     /// Every measured cell.
     pub cells: Vec<FittedCellReport>,
     /// Every compliance that was measured along another axis than that of the load.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub across: Vec<FittedComplianceReport>,
     /// Every component of load cases.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<ComponentReport>,
     /// Root mean square errors of the displacements or positions of load cases.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms: Option<ComponentErrors>,
     /// The same by pose.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<PoseError>,
     /// Base frame and tool point, of absolute positions only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,7 +105,7 @@ pub struct FitReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_within: Option<ProposedWithin>,
     /// Quantities that were derived from the parameters.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub derived: Vec<DerivedQuantity>,
     /// Other models of the same cells, where they were named.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,19 +116,19 @@ pub struct FitReport {
 }
 
 /// Factors by class of element and section constant, and springs.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ClassFactors {
     /// Of beams.
-    pub beam: BTreeMap<&'static str, FactorReport>,
+    pub beam: BTreeMap<Property, FactorReport>,
     /// Of links.
-    pub link: BTreeMap<&'static str, FactorReport>,
+    pub link: BTreeMap<Property, FactorReport>,
     /// The springs of the fitted model, those that the fit did not move among them.
     #[serde(flatten)]
     pub springs: StoredSprings,
 }
 
 /// A factor of a class.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FactorReport {
     /// Its value, 1.
     pub value: f64,
@@ -217,7 +218,7 @@ pub struct FittedCellReport {
 }
 
 /// A compliance that was measured along another axis than that of the load, beside its prediction.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FittedComplianceReport {
     /// The session, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -235,7 +236,7 @@ pub struct FittedComplianceReport {
 }
 
 /// Where the tracker stands, and which point of the tool it measures.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FramesReport {
     /// As `simulate` writes them.
     #[serde(flatten)]
@@ -249,7 +250,7 @@ pub struct FramesReport {
 }
 
 /// Root mean square errors of all displacements, µm.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct ComponentErrors {
     /// Of the rigid robot: fitted springs without compliance, fitted factors 1; `null` if no displacement was read, as of the others.
     pub rigid_um: Option<f64>,
@@ -262,7 +263,7 @@ pub struct ComponentErrors {
 }
 
 /// A component beside what the model says of it.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComponentReport {
     /// The pose.
     pub pose: PoseId,
@@ -271,9 +272,9 @@ pub struct ComponentReport {
     /// n-th application of the load.
     pub repeat: u32,
     /// Its name, for example `displacement x`.
-    pub component: &'static str,
+    pub component: Cow<'static, str>,
     /// `um` or `urad`; `mm` of a position.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What was read.
     pub measured: f64,
     /// What the fitted model predicts.
@@ -308,7 +309,7 @@ impl FitReport {
 }
 
 /// The nine steps of the paper.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PaperSteps {
     /// Step 1.
     #[serde(rename = "1_objective")]
@@ -335,7 +336,7 @@ pub struct PaperSteps {
 }
 
 /// The fit of one pose.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PoseFitReport {
     /// The pose.
     pub pose: PoseId,
@@ -361,7 +362,7 @@ impl From<&FitOutcome> for FitReport {
             estimates
                 .filter_map(|estimate| match &estimate.parameter {
                     ModelParameter::Class(own, property) if *own == class => {
-                        Some((property.name(), FactorReport::from(estimate)))
+                        Some((*property, FactorReport::from(estimate)))
                     }
                     _ => None,
                 })
@@ -574,11 +575,11 @@ impl From<&FittedComponent> for ComponentReport {
             pose: one.pose.clone(),
             line: one.line,
             repeat: one.repeat,
-            component: one.component,
+            component: one.component.into(),
             unit: match (one.is_position, one.is_rotation) {
-                (true, _) => "mm",
-                (_, true) => "urad",
-                _ => "um",
+                (true, _) => "mm".into(),
+                (_, true) => "urad".into(),
+                _ => "um".into(),
             },
             measured: scaled(one.measured),
             predicted: scaled(one.predicted),

@@ -36,10 +36,10 @@ mod session;
 mod significance;
 mod simulation;
 mod stiffness;
-mod stored_fit;
 mod text;
 mod vector_stiffness;
 
+pub use crate::analysis::VectorStiffnessCell;
 pub use axis_words::plane_column_heads;
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
@@ -92,9 +92,6 @@ pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
 pub use stiffbench_document::{Document, DocumentBlock, Table, TextColumn, table_of};
 pub use stiffness::stiffness_document;
-pub use stored_fit::{StoredFit, StoredInput, StoredInputs, StoredModel};
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};
-pub use vector_stiffness::{
-    AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
-};
+pub use vector_stiffness::{StaticComplianceRow, VectorStiffnessReport};

@@ -1,15 +1,14 @@
 //! Fits of several models to the same cells, side by side.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::Document;
 
 use crate::least_squares::SigmaMode;
 use crate::statistics::{f_upper_tail, root_mean_square};
 
-use super::fit_report::{FittedCellReport, ParameterReport};
-use super::stored_fit::StoredModel;
+use super::fit_report::{FitReport, FittedCellReport, ParameterReport};
 use super::text::{digits, or_dash, significant};
 
 /// Values that differ by a smaller share are the same: JSON keeps all digits, other machines round the last ones otherwise.
@@ -19,7 +18,7 @@ const SAME: f64 = 1e-9;
 const NEEDED: f64 = 0.05;
 
 /// Several models of the same cells.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelComparison {
     /// The models, this fit first.
     pub models: Vec<ComparedModel>,
@@ -28,7 +27,7 @@ pub struct ModelComparison {
 }
 
 /// One of the models.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ComparedModel {
     /// `this fit`, or the file.
     pub name: String,
@@ -49,7 +48,7 @@ pub struct ComparedModel {
 }
 
 /// Whether the richer of two models is needed.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NestedTest {
     /// The model that is contained in the other.
     pub simpler: String,
@@ -67,7 +66,7 @@ pub struct NestedTest {
 #[derive(Debug)]
 pub struct ComparedFit<'a> {
     name: String,
-    fit: &'a StoredModel,
+    fit: &'a FitReport,
     /// SHA-256 of each of its data.
     data: Vec<&'a str>,
     /// Parameters that the fit moves.
@@ -83,7 +82,7 @@ impl<'a> ComparedFit<'a> {
     ///
     /// # Errors
     /// What it lacks, in words.
-    pub fn new(name: &str, fit: &'a StoredModel, data: Vec<&'a str>) -> Result<Self, &'static str> {
+    pub fn new(name: &str, fit: &'a FitReport, data: Vec<&'a str>) -> Result<Self, &'static str> {
         if fit.cells.is_empty() {
             return Err("it is not a fit of stiffness values");
         }
@@ -224,7 +223,7 @@ impl ModelComparison {
             .min_by(f64::total_cmp);
         let models = fits.iter().map(|fit| ComparedModel {
             name: fit.name.clone(),
-            mechanism: fit.fit.mechanism.clone().unwrap_or_default(),
+            mechanism: fit.fit.mechanism.clone(),
             effects: fit.fit.physics.len(),
             free: fit.free,
             squares: fit.squares,
@@ -288,7 +287,7 @@ mod tests {
     use serde_json::json;
 
     /// A straight line or a parabola through ten points as if they were cells.
-    fn fit(free: usize, squares: f64, sigma: &str) -> StoredModel {
+    fn fit(free: usize, squares: f64, sigma: &str) -> FitReport {
         let parameter = |place: usize| {
             let status = if place < free { "free" } else { "fixed" };
             json!({"name": format!("p{place}"), "status": status, "value": 0.0, "unit": "1", "se": null, "ci95": null,
@@ -301,7 +300,8 @@ mod tests {
         };
         let dof = 10 - free;
         serde_json::from_value(json!({
-            "mechanism": "F", "physics": [], "sigma": sigma, "dof": dof, "reduced_chi2": squares / dof as f64,
+            "method": "least-squares", "mechanism": "F", "physics": [], "factors": {"beam": {}, "link": {}}, "not_determined": [], "marked": [],
+            "runs_tests": [], "termination": "", "next": [], "sigma": sigma, "dof": dof, "reduced_chi2": squares / dof as f64,
             "parameters": (0..3).map(parameter).collect::<Vec<_>>(), "cells": (0..10).map(cell).collect::<Vec<_>>(),
         }))
         .unwrap()
@@ -348,7 +348,7 @@ mod tests {
     fn models_of_other_data_are_not_ranked() {
         let own = fit(2, 4.0, "known");
         let first = ComparedFit::new("a", &own, vec!["a"]).unwrap();
-        let differs = |fit: &StoredModel, data: &'static str| {
+        let differs = |fit: &FitReport, data: &'static str| {
             let other = ComparedFit::new("b", fit, vec![data]).unwrap();
             other.differs_from(&first)
         };

@@ -6,7 +6,8 @@ mod models;
 
 use indexmap::{IndexMap, IndexSet};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
+use std::borrow::Cow;
 
 use stiffbench_document::Document;
 
@@ -30,11 +31,11 @@ const TABLES: &str = include_str!("../../data/paper/tables.csv");
 const REPRODUCED_WITHIN: f64 = 1.30;
 
 /// A printed cell beside ours.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PaperCellSummary")]
 pub struct PaperCell {
     /// Roman number of the table.
-    pub table: &'static str,
+    pub table: Cow<'static, str>,
     /// Row: model or chain.
     pub row: String,
     /// Column.
@@ -50,7 +51,7 @@ pub struct PaperCell {
     /// Whether it is reproduced.
     pub reproduced: bool,
     /// Why there is none of ours, or a remark.
-    pub reason: Option<&'static str>,
+    pub reason: Option<Cow<'static, str>>,
 }
 
 impl PaperCell {
@@ -70,7 +71,7 @@ impl PaperCell {
         let within = 1.0 / REPRODUCED_WITHIN..=REPRODUCED_WITHIN;
         let reproduced = ratio.is_some_and(|ratio| within.contains(&ratio));
         Self {
-            table,
+            table: table.into(),
             row: row.mechanism_or_model.clone(),
             place,
             quantity: format!("{}, {}", row.quantity, row.unit),
@@ -78,7 +79,7 @@ impl PaperCell {
             ours: ours.ok(),
             ratio,
             reproduced,
-            reason: ours.map_or_else(Some, |_| remark(reproduced)),
+            reason: (ours.map_or_else(Some, |_| remark(reproduced))).map(Into::into),
         }
     }
 }
@@ -323,7 +324,7 @@ const TITLES: [(&str, &str); 5] = [
 pub(super) fn add_reasons(document: &mut Document, cells: &[&PaperCell]) {
     let mut groups: IndexMap<&str, IndexSet<String>> = IndexMap::new();
     for cell in cells {
-        if let Some(reason) = cell.reason {
+        if let Some(reason) = &cell.reason {
             let name = format!("{} {}", cell.row, cell.place);
             let names = groups.entry(reason).or_default();
             names.insert(name.trim().to_owned());

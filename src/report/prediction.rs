@@ -1,7 +1,7 @@
 //! What the model of a part predicts for a table.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::Document;
 
@@ -13,7 +13,7 @@ use super::text::{significant, unit_behind, with_unit};
 use crate::count::counted;
 
 /// Predictions of the answers of a table, in the units of the model.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PredictionReport {
     /// Unit of what was set.
     pub driver_unit: String,
@@ -34,7 +34,7 @@ pub struct PredictionReport {
 }
 
 /// A run of a table beside its prediction.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PredictedRun {
     /// Its name.
     pub run: String,
@@ -51,7 +51,7 @@ pub struct PredictedRun {
 }
 
 /// A row of a table with its prediction.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PredictedRow {
     /// Line of the file.
     pub line: u32,

@@ -3,7 +3,7 @@
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 
-use crate::stiffness::StiffnessTable;
+use crate::stiffness::StiffnessReport;
 
 use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
@@ -69,7 +69,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("session-verify", schema_of::<VerifyReport>()),
         ("significance", schema_of::<SignificanceReport>()),
         ("simulate", schema_of::<SimulationReport>()),
-        ("stiffness", schema_of::<StiffnessTable>()),
+        ("stiffness", schema_of::<StiffnessReport>()),
         ("stiffness-vectors", schema_of::<VectorStiffnessReport>()),
         ("trace", schema_of::<TraceReport>()),
         ("trace-decode", schema_of::<TraceValues>()),

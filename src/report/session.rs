@@ -1,9 +1,10 @@
 //! Guided sessions for programs: plan, progress, integrity.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::{Document, Table, sign_of};
 
@@ -26,7 +27,7 @@ pub struct SessionLog {
 }
 
 /// What a session will ask for.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PlanReport {
     /// Name of the procedure.
     pub procedure: String,
@@ -39,12 +40,12 @@ pub struct PlanReport {
     /// The questions that can come.
     pub prompts: Vec<Question>,
     /// The files that a session makes.
-    pub files: Vec<&'static str>,
+    pub files: Vec<Cow<'static, str>>,
     /// What the poses determine, where they were chosen for it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub determines: Vec<ExpectedParameter>,
     /// The tool centre in each pose that was chosen for it, in the axes of the base, m, in the order of the poses.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools_m: Vec<[f64; 3]>,
     /// What these poses keep.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,17 +53,17 @@ pub struct PlanReport {
 }
 
 /// How well planned poses determine a parameter.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ExpectedParameter {
     /// Its name.
     pub name: String,
     /// Unit of the standard error; of a factor it is that of its logarithm.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard error to be expected with the noise of `simulate`: the Cramér-Rao limit; `null` of a spring that no load acts on.
     pub se: Option<f64>,
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub words: Option<&'static str>,
+    pub words: Option<Cow<'static, str>>,
 }
 
 impl PlanReport {
@@ -75,7 +76,7 @@ impl PlanReport {
             minutes: (seconds / 60.0).round(),
             cells: plan.cells.clone(),
             prompts: QUESTIONS.to_vec(),
-            files,
+            files: files.into_iter().map(Into::into).collect(),
             determines: Vec::new(),
             tools_m: Vec::new(),
             within: None,
@@ -88,9 +89,9 @@ impl PlanReport {
         let errors = best.iter().flat_map(|best| &best.errors);
         let determines = errors.map(|(parameter, se)| ExpectedParameter {
             name: parameter.to_string(),
-            unit: parameter.unit(),
+            unit: parameter.unit().into(),
             se: *se,
-            words: se.is_none().then(|| parameter.unloaded_words()),
+            words: se.is_none().then(|| parameter.unloaded_words().into()),
         });
         self.determines = determines.collect();
         self.tools_m = best.map_or_else(Vec::new, |best| best.tools_m.clone());
@@ -270,7 +271,7 @@ pub struct SessionReplayReport {
 }
 
 /// The journal of a session, as far as it can be read.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct JournalReport {
     /// Whether journal and table are whole.
     pub whole: bool,
@@ -287,7 +288,7 @@ pub struct JournalReport {
 }
 
 /// A session checked against its journal.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct VerifyReport {
     /// Whether journal and table are whole, and the journal; only `whole` where there is no journal.
     #[serde(flatten)]
@@ -297,15 +298,15 @@ pub struct VerifyReport {
     /// Whether `robot.toml` is not the robot that the journal has the SHA-256 of.
     pub robot_changed: bool,
     /// Files that cannot be verified, for the journal has no SHA-256 of them.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub not_verified: Vec<&'static str>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_verified: Vec<Cow<'static, str>>,
     /// The bytes of the readings in the traces of the gauges; absent where the journal does not state where they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub raw: Option<RawCheck>,
 }
 
 /// The journal of a session that is checked.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum VerifiedJournal {
     /// There is one.

@@ -1,9 +1,10 @@
 //! Significance of the section constants, for people and for programs.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::Document;
 
@@ -15,7 +16,7 @@ use crate::test_point::PoseId;
 use super::text::{digits, significant, with_unit};
 
 /// Significance as the data of `stiffbench significance --json`.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SignificanceReport {
     /// The pose.
     pub pose: PoseId,
@@ -27,9 +28,9 @@ pub struct SignificanceReport {
     #[serde(rename = "compliance_um_per_N")]
     pub compliance_um_per_n: ByDirection<f64>,
     /// What remains of the displacement when a constant is multiplied by 100, by constant, 1.
-    pub remaining_at_100: BTreeMap<&'static str, ByDirection<f64>>,
+    pub remaining_at_100: BTreeMap<Property, ByDirection<f64>>,
     /// Share of each constant in the compliance, 1.
-    pub share: BTreeMap<&'static str, ByDirection<f64>>,
+    pub share: BTreeMap<Property, ByDirection<f64>>,
     /// Share of everything else, 1.
     pub share_of_others: ByDirection<f64>,
     /// The fitting sequence.
@@ -39,7 +40,7 @@ pub struct SignificanceReport {
 }
 
 /// A value along each axis.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ByDirection<T> {
     /// Along x.
     pub x: T,
@@ -50,14 +51,14 @@ pub struct ByDirection<T> {
 }
 
 /// Significance of a single section constant or a spring.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FurtherSignificance {
     /// Its name.
     pub name: String,
     /// Its value in `unit`.
     pub value: f64,
     /// `1` of a factor, `rad/(N*m)` of a spring.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What remains of the displacement when it is a hundred times as stiff, 1.
     pub remaining_at_100: ByDirection<f64>,
     /// Its share in the compliance, 1.
@@ -83,7 +84,7 @@ impl From<&SectionSignificance> for SignificanceReport {
     fn from(significance: &SectionSignificance) -> Self {
         let by_property = |rows: &[[f64; 3]; 4]| {
             let rows = Property::ALL.into_iter().zip(rows);
-            rows.map(|(property, row)| (property.name(), (*row).into()))
+            rows.map(|(property, row)| (property, (*row).into()))
                 .collect()
         };
         let further = significance
@@ -92,7 +93,7 @@ impl From<&SectionSignificance> for SignificanceReport {
             .map(|further| FurtherSignificance {
                 name: further.parameter.to_string(),
                 value: further.value,
-                unit: further.parameter.unit(),
+                unit: further.parameter.unit().into(),
                 remaining_at_100: further.remaining.into(),
                 share: further.shares.into(),
                 adds_one_percent_at: further.adds_a_hundredth.into(),
@@ -127,8 +128,8 @@ impl SignificanceReport {
     /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
     pub(super) fn of_constants(&self) -> Document {
         let constants = Property::ALL.map(|property| {
-            let name = property.name();
-            (name, Some(&self.remaining_at_100[name]), &self.share[name])
+            let left = &self.remaining_at_100[&property];
+            (property.name(), Some(left), &self.share[&property])
         });
         let links = (self.scope == Scope::Beams).then_some(("links", None, &self.share_of_others));
         let percent = |part: f64| format!("{:.2}", 100.0 * part);
@@ -150,7 +151,7 @@ impl SignificanceReport {
         );
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
-            let shares = Property::ALL.map(|property| self.share[property.name()].each()[i]);
+            let shares = Property::ALL.map(|property| self.share[&property].each()[i]);
             shares.iter().sum::<f64>() + others[i]
         });
         let compliance = self.compliance_um_per_n.each().map(|c| significant(c, 4));
@@ -175,7 +176,7 @@ impl SignificanceReport {
         document.rows(
             &self.further,
             &[
-                ("parameter", &|one| with_unit(&one.name, one.unit)),
+                ("parameter", &|one| with_unit(&one.name, &one.unit)),
                 ("value", &|one| significant(one.value, 4)),
                 ("x: share, %", &|one| percent(one.share.x)),
                 ("y: share, %", &|one| percent(one.share.y)),

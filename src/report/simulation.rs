@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bench::NoiseModel;
 use crate::physics::Effect;
 use crate::robot::{FittingFactors, TrackerFrames};
 
 /// A simulated session.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SimulationReport {
     /// Its folder.
     pub folder: PathBuf,
@@ -35,7 +35,7 @@ pub struct SimulationReport {
 }
 
 /// Where a tracker stands against the robot's base, and which point of the tool it measures.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct TrackerReport {
     /// Position of the robot's base in the axes of the tracker, mm.
     pub base_mm: [f64; 3],
@@ -90,7 +90,7 @@ pub struct FigureReport {
 }
 
 /// A share of a map that was written.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ShardReport {
     /// Which share of how many, as `K/N`.
     pub shard: String,

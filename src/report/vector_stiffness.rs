@@ -1,27 +1,24 @@
 //! Compliance along the base axes, for people and programs.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::{Document, Table};
 
-use crate::analysis::VectorStiffness;
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::analysis::{AxisValues, VectorStiffness, VectorStiffnessCell};
 use crate::reported::Reported;
-use crate::statistics::Estimate;
 use crate::test_point::PoseId;
 
 use super::text::value_and_u;
 
-/// Metres per newton in a micrometre and in a millimetre per newton.
-const UM_PER_N: f64 = 1e-6;
+/// Metres per newton in a millimetre per newton.
 const MM_PER_N: f64 = 1e-3;
 
 /// Name of the procedure whose table is that of ISO 9283.
 const STATIC_COMPLIANCE: &str = "iso-9283-static-compliance";
 
 /// Compliance of every pose under each load.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct VectorStiffnessReport {
     /// Poses and directions of load, in the order of measurement.
     pub cells: Vec<VectorStiffnessCell>,
@@ -30,38 +27,8 @@ pub struct VectorStiffnessReport {
     pub static_compliance: Option<Vec<StaticComplianceRow>>,
 }
 
-/// Compliance of one pose under a load in one direction.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct VectorStiffnessCell {
-    /// The pose.
-    pub pose: PoseId,
-    /// Name of the direction of the load.
-    pub direction: String,
-    /// The direction, a unit vector along the base axes.
-    pub unit_vector: [f64; 3],
-    /// Number of runs.
-    pub runs: usize,
-    /// Number of readings.
-    pub readings: usize,
-    /// Displacement along the base axes per force along the load, slope over the loads.
-    pub compliance: AxisValues,
-    /// Stiffness along the load, the inverse of the compliance along it.
-    pub stiffness: Reported,
-}
-
-/// Values along the base axes.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct AxisValues {
-    /// Along x.
-    pub x: Reported,
-    /// Along y.
-    pub y: Reported,
-    /// Along z.
-    pub z: Reported,
-}
-
 /// Static compliance in one pose and direction of force.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StaticComplianceRow {
     /// The pose.
     pub pose: PoseId,
@@ -146,47 +113,13 @@ fn table_with_u<'r>(
     table
 }
 
-fn axis_values(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> AxisValues {
-    let [x, y, z] = values.map(|value| match value {
-        Some(estimate) => Reported::from_estimate(&estimate, si_per_unit, unit),
-        None => Reported::missing(unit, "not read along this axis"),
-    });
-    AxisValues { x, y, z }
-}
-
-impl From<&VectorStiffness> for VectorStiffnessCell {
-    fn from(cell: &VectorStiffness) -> Self {
-        let inverse = cell.along_m_per_n.filter(|along| along.value != 0.0);
-        let inverse = inverse.map(|along| Estimate {
-            value: 1.0 / along.value,
-            standard_uncertainty: along.standard_uncertainty / along.value.powi(2),
-            dof: along.dof,
-        });
-        Self {
-            pose: cell.pose.clone(),
-            direction: cell.direction.clone(),
-            unit_vector: cell.unit,
-            runs: cell.runs,
-            readings: cell.readings,
-            compliance: axis_values(&cell.compliance_m_per_n, UM_PER_N, "um/N"),
-            stiffness: match &inverse {
-                Some(inverse) => Reported::from_estimate(inverse, N_PER_UM, "N/um"),
-                None => Reported::missing(
-                    "N/um",
-                    "the load has a component along an axis that was not read",
-                ),
-            },
-        }
-    }
-}
-
 impl From<&VectorStiffness> for StaticComplianceRow {
     fn from(cell: &VectorStiffness) -> Self {
         Self {
             pose: cell.pose.clone(),
             direction: cell.direction.clone(),
             force_n: cell.largest_n,
-            compliance: axis_values(&cell.at_largest_m_per_n, MM_PER_N, "mm/N"),
+            compliance: AxisValues::new(&cell.at_largest_m_per_n, MM_PER_N, "mm/N"),
         }
     }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use miette::Diagnostic;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 use toml::de::DeValue;
 
@@ -28,6 +29,21 @@ pub struct Question {
     pub form: AnswerForm,
     /// What an answer looks like and means, for people.
     pub answer: &'static str,
+}
+
+/// By its name.
+impl<'de> Deserialize<'de> for Question {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct NamedQuestion {
+            id: String,
+        }
+        let NamedQuestion { id } = NamedQuestion::deserialize(deserializer)?;
+        let found = QUESTIONS.iter().find(|known| known.id == id);
+        found
+            .copied()
+            .ok_or_else(|| D::Error::custom(format!("no session asks a question `{id}`")))
+    }
 }
 
 /// What kind of answer a question takes.

@@ -1,7 +1,7 @@
 //! The readings of a whole session, in the order in which they are to be taken.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::{Pace, PlannedReading, Procedure};
@@ -23,7 +23,7 @@ pub struct SessionPlan {
 }
 
 /// A pose and direction with its readings.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SessionCell {
     /// The pose.
     pub pose: PoseId,

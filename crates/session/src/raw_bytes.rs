@@ -27,7 +27,7 @@ pub struct RawBytes {
 }
 
 /// The readings of a session beside the bytes of its gauges.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct RawCheck {
     /// Values whose bytes are in their trace.
     pub found: usize,
@@ -38,7 +38,7 @@ pub struct RawCheck {
 }
 
 /// A value that its bytes do not confirm.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct WrongBytes {
     /// Number of the reading.
     pub number: u32,

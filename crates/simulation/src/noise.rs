@@ -9,7 +9,9 @@ use super::virtual_bench::BenchError;
 ///
 /// displacement = mechanics + slope of the run × F C + zero + reading error, then rounded to the step of the gauge; the force that acts is
 /// what the jack gives, the force that is read is rounded to the step of its gauge.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 pub struct NoiseModel {
     /// Standard deviation of the error of a displacement reading, m.
     pub reading_sd_m: f64,
@@ -26,7 +28,17 @@ pub struct NoiseModel {
 }
 
 /// How errors of a given standard deviation are distributed; their mean is zero in every shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseShape {
     /// Normal.

@@ -80,6 +80,12 @@ impl From<Direction> for DirectionName {
     }
 }
 
+impl<'de> Deserialize<'de> for DirectionName {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(|name| Self::new(&name))
+    }
+}
+
 impl Serialize for DirectionName {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.0)
@@ -184,7 +190,9 @@ impl fmt::Display for Branch {
 }
 
 /// One cell of the experiment: all readings of one pose along one direction, under loads along one.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, schemars::JsonSchema,
+)]
 pub struct Cell {
     /// The pose held.
     pub pose: PoseId,

@@ -2,15 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-use serde::Serialize;
-use serde_json::json;
+use crate::analysis::ArgumentError;
+#[cfg(feature = "parquet")]
+use crate::cli::failure::CliError;
+use crate::cli::failure::Failure;
+use crate::cli::figure_files::{file_part, write_again, write_figures, write_result};
+use crate::cli::outcome::Outcome;
+use crate::plot::BinValue;
+use crate::report::{MapReport, mesh_of, points_csv};
 
-use crate::analysis::{ArgumentError, Inputs};
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::figure_files::{file_part, write_again, write_figure, write_result};
-use crate::plot::{BinValue, Figure};
-use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
+/// The text and the numbers of a map.
+pub(super) const FILES: [&str; 2] = ["map.txt", "map.json"];
+
+/// The folder of its figures.
+pub(super) const FIGURES: &str = "figures";
 
 /// Figures that go with a map.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -28,9 +33,9 @@ pub(super) fn write_all(
     folder: &Path,
     report: &MapReport<'_>,
     wanted: &WantedFigures,
-    (text, data, inputs): (&str, &MapSummary, &Inputs),
+    result: &Outcome,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let mut written = write_text(folder, text, data, inputs)?;
+    let mut written = write_result(folder, FILES, result)?;
     // One after the other: the points of all mechanisms at once would need as much memory again as the maps.
     let mut put = |name: String, content: &[u8]| -> Result<(), Failure> {
         let path = folder.join(name);
@@ -75,31 +80,10 @@ pub(super) fn write_all(
         })?;
         figures.extend(of_two);
     }
-    written.extend(write_figures(folder, &figures, inputs)?);
+    written.extend(write_figures(
+        &folder.join(FIGURES),
+        figures,
+        &result.inputs,
+    )?);
     Ok(written)
-}
-
-/// Writes figures as SVG and PNG, on all cores.
-pub(super) fn write_figures(
-    folder: &Path,
-    figures: &[(String, Figure)],
-    inputs: &Inputs,
-) -> Result<Vec<PathBuf>, Failure> {
-    let folder = folder.join("figures");
-    let written: Vec<Vec<PathBuf>> = figures
-        .par_iter()
-        .map(|(name, figure)| write_figure(&folder.join(name), figure, inputs))
-        .collect::<Result<_, Failure>>()?;
-    Ok(written.into_iter().flatten().collect())
-}
-
-/// Writes tables and numbers.
-pub(super) fn write_text(
-    folder: &Path,
-    text: &str,
-    data: &impl Serialize,
-    inputs: &Inputs,
-) -> Result<Vec<PathBuf>, CliError> {
-    let (files, fields) = (["map.txt", "map.json"], [("data", json!(data))]);
-    write_result(folder, "map", files, (text, inputs), fields)
 }

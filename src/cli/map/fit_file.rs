@@ -1,13 +1,13 @@
 //! Factors with their covariance, from what `stiffbench fit --json` printed.
 
-use crate::analysis::{ArgumentError, read_text};
+use crate::analysis::{ArgumentError, StoredResult, read_text};
 use std::path::Path;
 
 use crate::cli::failure::Failure;
 use crate::distribution::FittedCovariance;
 use crate::export::ParameterRow;
 use crate::fit::{FactorCorrelations, StatusWord};
-use crate::report::{StoredFit, StoredModel};
+use crate::report::FitReport;
 use crate::robot::{FittingFactors, ModelParameter};
 
 /// What a fit found.
@@ -37,18 +37,15 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
             "stiffbench fit DATA --json > fit.json, then --fit fit.json",
         )
     };
-    let StoredFit {
-        inputs,
-        data,
-        warnings,
-    } = StoredFit::read(&read_text(path)?).map_err(refuse)?;
-    let mut fitted = of_model(&data).map_err(refuse)?;
+    let stored = StoredResult::<FitReport>::read("fit", &read_text(path)?).map_err(refuse)?;
+    let mut fitted = of_model(&stored.data).map_err(refuse)?;
     fitted.factors_name = format!("of {}", path.display());
-    let warnings = warnings.iter();
+    let warnings = stored.warnings.iter();
     fitted.warnings = warnings
         .map(|warning| format!("{}: {warning}", path.display()))
         .collect();
-    fitted.robot = inputs.robot.map(|robot| (robot.name, robot.sha256));
+    let robot = stored.inputs.robot();
+    fitted.robot = robot.map(|(name, sha256)| (name.to_owned(), sha256.to_owned()));
     Ok(fitted)
 }
 
@@ -56,7 +53,7 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
 ///
 /// # Errors
 /// What is missing, in words.
-fn of_model(fit: &StoredModel) -> Result<FitFile, String> {
+fn of_model(fit: &FitReport) -> Result<FitFile, String> {
     let names = fit.correlation.as_ref().map(|found| &found.names);
     let (mut values, mut notes, mut rows) = (FittingFactors::UNIT, Vec::new(), Vec::new());
     let mut parameters = Vec::new();
@@ -103,7 +100,7 @@ fn of_model(fit: &StoredModel) -> Result<FitFile, String> {
         factors: values,
         covariance,
         notes,
-        mechanism: fit.mechanism.clone(),
+        mechanism: Some(fit.mechanism.clone()),
         parameters: rows,
         ..FitFile::default()
     })

@@ -45,13 +45,8 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
     let maps = (0..job.mechanisms.len())
         .map(|mechanism| join(job, &poses, &shards, mechanism))
         .collect::<Result<_, ShardError>>()?;
-    finish(
-        job,
-        &robot,
-        poses,
-        maps,
-        (args.out.as_deref(), &args.wanted_figures()),
-    )
+    let files = (args.out.as_deref(), &args.wanted_figures());
+    finish(job, (&robot, poses), maps, files, Vec::new())
 }
 
 /// A shard file, or those in a folder in the order of their names.

@@ -42,29 +42,33 @@ pub(super) fn run(args: &MapArgs, global: &Global) -> Result<Outcome, Failure> {
         let others = job.mechanisms.len().saturating_sub(1);
         job.mechanisms.drain(..others);
     }
-    let outcome = match (args.shard, &args.out) {
+    match (args.shard, &args.out) {
         _ if args.asked.is_any() => {
             let cell = args.wanted_figures().cell;
-            questions::run(&job, &args.asked, args.out.as_deref(), cell)
+            questions::run(&job, &args.asked, (args.out.as_deref(), cell), warnings)
         }
-        (Some(share), Some(folder)) => one_shard(&job, share, folder, global),
-        _ => whole(&job, args.out.as_deref(), &args.wanted_figures(), global),
-    }?;
-    Ok(outcome.with_more_warnings(warnings))
+        (Some(share), Some(folder)) => {
+            Ok(one_shard(&job, share, folder, global)?.with_warnings(warnings))
+        }
+        _ => {
+            let files = (args.out.as_deref(), &args.wanted_figures());
+            whole(&job, files, warnings, global)
+        }
+    }
 }
 
 /// The whole study.
 fn whole(
     job: &MapJob,
-    out: Option<&Path>,
-    figures: &WantedFigures,
+    files: (Option<&Path>, &WantedFigures),
+    warnings: Vec<String>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
     let poses = job.pose_set(&robot, Shard::WHOLE)?;
     let maps = maps_of(job, &robot, (&physics, &poses), global)?;
-    finish(job, &robot, poses, maps, (out, figures))
+    finish(job, (&robot, poses), maps, files, warnings)
 }
 
 /// The maps of all mechanisms, with progress.
@@ -83,24 +87,23 @@ fn maps_of(
 /// All that is said and written of maps, however they came about.
 fn finish(
     job: &MapJob,
-    robot: &Robot,
-    poses: PoseSample,
+    (robot, poses): (&Robot, PoseSample),
     maps: Vec<StiffnessMap>,
     (out, figures): (Option<&Path>, &WantedFigures),
+    warnings: Vec<String>,
 ) -> Result<Outcome, Failure> {
     let physics = job.physics(robot)?;
     let poses = StudyPoses::new(poses, job.sampling, job.plane(robot));
     let mut report = job.report(robot, &physics, &poses, maps)?;
     report.cell = figures.cell;
-    let inputs = job.inputs(robot);
-    let (text, data) = (report.document(), report.summary());
-    let written = match out {
-        Some(folder) => write_all(folder, &report, figures, (&text.text(), &data, &inputs))?,
-        None => Vec::new(),
+    let outcome = Outcome::new("map", report.document(), report.summary())
+        .with_inputs(job.inputs(robot))
+        .with_warnings(warnings);
+    let Some(folder) = out else {
+        return Ok(outcome);
     };
-    Ok(Outcome::new("map", text, data)
-        .with_inputs(inputs)
-        .with_written(&written))
+    let written = write_all(folder, &report, figures, &outcome)?;
+    Ok(outcome.with_written(&written))
 }
 
 /// A share, to a file.

@@ -6,6 +6,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::ArgumentError;
 use crate::cli::failure::Failure;
+use crate::cli::figure_files::{write_figures, write_result};
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
@@ -19,7 +20,7 @@ use crate::report::{
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
 
 use super::args::Asked;
-use super::files::{write_figures, write_text};
+use super::files::{FIGURES, FILES};
 use super::job::MapJob;
 
 const MM: f64 = 1e-3;
@@ -28,8 +29,8 @@ const MM: f64 = 1e-3;
 pub(super) fn run(
     job: &MapJob,
     asked: &Asked,
-    out: Option<&Path>,
-    cell: Option<BinValue>,
+    (out, cell): (Option<&Path>, Option<BinValue>),
+    warnings: Vec<String>,
 ) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
@@ -67,20 +68,15 @@ pub(super) fn run(
     if asked.sensitivity {
         design(job, (&robot, &physics), &poses.set, &mut answer)?;
     }
-    let inputs = job.inputs(&robot);
-    let mut written = Vec::new();
-    if let Some(folder) = out {
-        written = write_figures(folder, &answer.figures, &inputs)?;
-        written.extend(write_text(
-            folder,
-            &answer.document.text(),
-            &answer.data,
-            &inputs,
-        )?);
-    }
-    Ok(Outcome::new("map", answer.document, answer.data)
-        .with_inputs(inputs)
-        .with_written(&written))
+    let outcome = Outcome::new("map", answer.document, answer.data)
+        .with_inputs(job.inputs(&robot))
+        .with_warnings(warnings);
+    let Some(folder) = out else {
+        return Ok(outcome);
+    };
+    let mut written = write_figures(&folder.join(FIGURES), answer.figures, &outcome.inputs)?;
+    written.extend(write_result(folder, FILES, &outcome)?);
+    Ok(outcome.with_written(&written))
 }
 
 /// What was found, for people, for programs, and as figures.

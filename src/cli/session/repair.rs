@@ -89,7 +89,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
         table,
         robot_changed,
-        not_verified,
+        not_verified: not_verified.into_iter().map(Into::into).collect(),
         raw,
     };
     let mut outcome = Outcome::new("session-verify", document, data).with_exit(exit);

@@ -1,184 +1,159 @@
-//! Results as tidy tables, taken from the JSON form of the results, so that both hold the same numbers.
+//! Results as tidy tables, which hold the same numbers as JSON.
 
-use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
+
+use crate::analysis::VectorStiffnessCell;
+use crate::stiffness::{
+    BudgetRowReport, FlagReport, LoadMeanReport, StiffnessCellReport, StiffnessReport,
+};
 
 use super::table::FieldKind::{self, Integer, Number, Text};
 use super::table::{TidyColumn, TidyTable};
 
-/// A column: name, kind, unit, meaning, and where its value stands in JSON. A place with `^` is one of the object around.
-type ColumnPlan = (
+/// A column: name, kind, unit, meaning, and its value as JSON has it, of a row in a cell.
+type ColumnPlan<C, R> = (
     &'static str,
     FieldKind,
     &'static str,
     &'static str,
-    &'static str,
+    fn(&C, &R) -> Value,
 );
 
-const POSE: ColumnPlan = ("pose", Text, "", "Pose of the robot", "^/pose");
-const DIRECTION: ColumnPlan = (
-    "direction",
-    Text,
-    "",
-    "Direction of the load",
-    "^/direction",
-);
+const fn pose<R>() -> ColumnPlan<StiffnessCellReport, R> {
+    let meaning = "Pose of the robot";
+    ("pose", Text, "", meaning, |cell, _| json!(cell.pose))
+}
+
+const fn direction<R>() -> ColumnPlan<StiffnessCellReport, R> {
+    let meaning = "Direction of the load";
+    ("direction", Text, "", meaning, |cell, _| {
+        json!(cell.direction)
+    })
+}
 
 #[rustfmt::skip]
-const STIFFNESS: &[ColumnPlan] = &[
-    POSE,
-    DIRECTION,
-    ("runs", Integer, "", "Number of runs", "/n_runs"),
-    ("zeros", Integer, "", "Number of gauge zeros", "/n_zeros"),
-    ("stiffness_N_per_um", Number, "N/um", "Stiffness by regression: inverse slope with a free intercept for each zero", "/stiffness_regression/value"),
-    ("u_N_per_um", Number, "N/um", "Standard uncertainty of the stiffness by regression", "/stiffness_regression/u"),
-    ("expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the stiffness by regression, 95 %", "/stiffness_regression/U"),
-    ("coverage_factor", Number, "", "Coverage factor k of the expanded uncertainty", "/stiffness_regression/k"),
-    ("degrees_of_freedom", Number, "", "Effective degrees of freedom; empty: infinite or not known", "/stiffness_regression/dof"),
-    ("type_a_N_per_um", Number, "N/um", "Type A part of the standard uncertainty", "/uncertainty_regression/type_a_N_per_um"),
-    ("type_b_N_per_um", Number, "N/um", "Type B part of the standard uncertainty", "/uncertainty_regression/type_b_N_per_um"),
-    ("mean_ratio_N_per_um", Number, "N/um", "Stiffness as the mean of force over displacement", "/stiffness_paper/value"),
-    ("mean_ratio_u_N_per_um", Number, "N/um", "Standard uncertainty of the mean of force over displacement", "/stiffness_paper/u"),
-    ("mean_ratio_expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the mean of force over displacement, 95 %", "/stiffness_paper/U"),
-    ("compliance_um_per_N", Number, "um/N", "Slope of displacement over force", "/compliance/value"),
-    ("zero_offset_um", Number, "um", "Displacement of the line at zero force", "/zero_offset_um"),
-    ("reason", Text, "", "Why a value or its uncertainty is missing", "/stiffness_regression/reason"),
+const STIFFNESS: &[ColumnPlan<StiffnessCellReport, StiffnessCellReport>] = &[
+    pose(),
+    direction(),
+    ("runs", Integer, "", "Number of runs", |cell, _| json!(cell.n_runs)),
+    ("zeros", Integer, "", "Number of gauge zeros", |cell, _| json!(cell.n_zeros)),
+    ("stiffness_N_per_um", Number, "N/um", "Stiffness by regression: inverse slope with a free intercept for each zero", |cell, _| json!(cell.stiffness_regression.value)),
+    ("u_N_per_um", Number, "N/um", "Standard uncertainty of the stiffness by regression", |cell, _| json!(cell.stiffness_regression.standard_uncertainty)),
+    ("expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the stiffness by regression, 95 %", |cell, _| json!(cell.stiffness_regression.expanded_uncertainty)),
+    ("coverage_factor", Number, "", "Coverage factor k of the expanded uncertainty", |cell, _| json!(cell.stiffness_regression.k)),
+    ("degrees_of_freedom", Number, "", "Effective degrees of freedom; empty: infinite or not known", |cell, _| json!(cell.stiffness_regression.dof)),
+    ("type_a_N_per_um", Number, "N/um", "Type A part of the standard uncertainty", |cell, _| json!(cell.uncertainty_regression.as_ref().map(|one| one.type_a))),
+    ("type_b_N_per_um", Number, "N/um", "Type B part of the standard uncertainty", |cell, _| json!(cell.uncertainty_regression.as_ref().map(|one| one.type_b))),
+    ("mean_ratio_N_per_um", Number, "N/um", "Stiffness as the mean of force over displacement", |cell, _| json!(cell.stiffness_paper.value)),
+    ("mean_ratio_u_N_per_um", Number, "N/um", "Standard uncertainty of the mean of force over displacement", |cell, _| json!(cell.stiffness_paper.standard_uncertainty)),
+    ("mean_ratio_expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the mean of force over displacement, 95 %", |cell, _| json!(cell.stiffness_paper.expanded_uncertainty)),
+    ("compliance_um_per_N", Number, "um/N", "Slope of displacement over force", |cell, _| json!(cell.compliance.value)),
+    ("zero_offset_um", Number, "um", "Displacement of the line at zero force", |cell, _| json!(cell.zero_offset_um)),
+    ("reason", Text, "", "Why a value or its uncertainty is missing", |cell, _| json!(cell.stiffness_regression.reason)),
 ];
 
 #[rustfmt::skip]
-const BUDGET: &[ColumnPlan] = &[
-    POSE,
-    DIRECTION,
-    ("source", Text, "", "Source of uncertainty", "/source"),
-    ("evaluation", Text, "", "Type A or B evaluation (GUM)", "/type"),
-    ("distribution", Text, "", "Assumed distribution", "/distribution"),
-    ("standing", Text, "", "Whether the row counts in the sum, and why not", "/standing"),
-    ("standard_uncertainty", Number, "", "Standard uncertainty, in the unit of the next column", "/standard_uncertainty"),
-    ("unit", Text, "", "Unit of the standard uncertainty", "/unit"),
-    ("sensitivity", Number, "", "Sensitivity of the stiffness, in the unit of the next column", "/sensitivity"),
-    ("sensitivity_unit", Text, "", "Unit of the sensitivity", "/sensitivity_unit"),
-    ("contribution_N_per_um", Number, "N/um", "Contribution to the standard uncertainty of the stiffness", "/contribution_N_per_um"),
-    ("degrees_of_freedom", Number, "", "Degrees of freedom; empty: infinite", "/dof"),
-    ("share_percent", Number, "%", "Share of the variance", "/share_percent"),
-    ("note", Text, "", "Note", "/note"),
+const BUDGET: &[ColumnPlan<StiffnessCellReport, BudgetRowReport>] = &[
+    pose(),
+    direction(),
+    ("source", Text, "", "Source of uncertainty", |_, row| json!(row.source)),
+    ("evaluation", Text, "", "Type A or B evaluation (GUM)", |_, row| json!(row.evaluation)),
+    ("distribution", Text, "", "Assumed distribution", |_, row| json!(row.distribution)),
+    ("standing", Text, "", "Whether the row counts in the sum, and why not", |_, row| json!(row.standing)),
+    ("standard_uncertainty", Number, "", "Standard uncertainty, in the unit of the next column", |_, row| json!(row.standard_uncertainty)),
+    ("unit", Text, "", "Unit of the standard uncertainty", |_, row| json!(row.unit)),
+    ("sensitivity", Number, "", "Sensitivity of the stiffness, in the unit of the next column", |_, row| json!(row.sensitivity)),
+    ("sensitivity_unit", Text, "", "Unit of the sensitivity", |_, row| json!(row.sensitivity_unit)),
+    ("contribution_N_per_um", Number, "N/um", "Contribution to the standard uncertainty of the stiffness", |_, row| json!(row.contribution)),
+    ("degrees_of_freedom", Number, "", "Degrees of freedom; empty: infinite", |_, row| json!(row.dof)),
+    ("share_percent", Number, "%", "Share of the variance", |_, row| json!(row.share_percent)),
+    ("note", Text, "", "Note", |_, row| json!(row.note)),
 ];
 
 #[rustfmt::skip]
-const LOADS: &[ColumnPlan] = &[
-    POSE,
-    DIRECTION,
-    ("branch", Text, "", "Loading or unloading", "/branch"),
-    ("target_N", Number, "N", "Target force", "/target_N"),
-    ("readings", Integer, "", "Number of readings", "/n"),
-    ("mean_force_N", Number, "N", "Mean of the force", "/mean_force_N"),
-    ("sd_force_N", Number, "N", "Standard deviation of the force", "/sd_force_N"),
-    ("mean_displacement_um", Number, "um", "Mean of the displacement", "/mean_um"),
-    ("sd_displacement_um", Number, "um", "Standard deviation of the displacement", "/sd_um"),
+const LOADS: &[ColumnPlan<StiffnessCellReport, LoadMeanReport>] = &[
+    pose(),
+    direction(),
+    ("branch", Text, "", "Loading or unloading", |_, load| json!(load.branch)),
+    ("target_N", Number, "N", "Target force", |_, load| json!(load.target_n)),
+    ("readings", Integer, "", "Number of readings", |_, load| json!(load.n)),
+    ("mean_force_N", Number, "N", "Mean of the force", |_, load| json!(load.mean_force_n)),
+    ("sd_force_N", Number, "N", "Standard deviation of the force", |_, load| json!(load.sd_force_n)),
+    ("mean_displacement_um", Number, "um", "Mean of the displacement", |_, load| json!(load.mean_um)),
+    ("sd_displacement_um", Number, "um", "Standard deviation of the displacement", |_, load| json!(load.sd_um)),
 ];
 
 #[rustfmt::skip]
-const FLAGS: &[ColumnPlan] = &[
-    POSE,
-    DIRECTION,
-    ("rule", Text, "", "Rule that the readings break", "/rule"),
-    ("message", Text, "", "What was found", "/message"),
-    ("statistic", Number, "", "Test statistic", "/statistic"),
-    ("limit", Number, "", "Critical value", "/limit"),
-    ("seq", Integer, "", "Sequence number of the reading concerned", "/seq"),
+const FLAGS: &[ColumnPlan<StiffnessCellReport, FlagReport>] = &[
+    pose(),
+    direction(),
+    ("rule", Text, "", "Rule that the readings break", |_, flag| json!(flag.rule)),
+    ("message", Text, "", "What was found", |_, flag| json!(flag.message)),
+    ("statistic", Number, "", "Test statistic", |_, flag| json!(flag.statistic)),
+    ("limit", Number, "", "Critical value", |_, flag| json!(flag.limit)),
+    ("seq", Integer, "", "Sequence number of the reading concerned", |_, flag| json!(flag.seq)),
 ];
 
 #[rustfmt::skip]
-const VECTOR_STIFFNESS: &[ColumnPlan] = &[
-    POSE,
-    DIRECTION,
-    ("runs", Integer, "", "Number of runs", "/runs"),
-    ("readings", Integer, "", "Number of readings", "/readings"),
-    ("compliance_x_um_per_N", Number, "um/N", "Displacement along x per force along the load", "/compliance/x/value"),
-    ("compliance_x_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_x_um_per_N", "/compliance/x/u"),
-    ("compliance_y_um_per_N", Number, "um/N", "Displacement along y per force along the load", "/compliance/y/value"),
-    ("compliance_y_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_y_um_per_N", "/compliance/y/u"),
-    ("compliance_z_um_per_N", Number, "um/N", "Displacement along z per force along the load", "/compliance/z/value"),
-    ("compliance_z_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_z_um_per_N", "/compliance/z/u"),
-    ("stiffness_N_per_um", Number, "N/um", "Stiffness along the load", "/stiffness/value"),
-    ("u_N_per_um", Number, "N/um", "Standard uncertainty of the stiffness", "/stiffness/u"),
-    ("expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the stiffness, 95 %", "/stiffness/U"),
-    ("reason", Text, "", "Why a value or its uncertainty is missing", "/stiffness/reason"),
+const VECTOR_STIFFNESS: &[ColumnPlan<VectorStiffnessCell, VectorStiffnessCell>] = &[
+    ("pose", Text, "", "Pose of the robot", |cell, _| json!(cell.pose)),
+    ("direction", Text, "", "Direction of the load", |cell, _| json!(cell.direction)),
+    ("runs", Integer, "", "Number of runs", |cell, _| json!(cell.runs)),
+    ("readings", Integer, "", "Number of readings", |cell, _| json!(cell.readings)),
+    ("compliance_x_um_per_N", Number, "um/N", "Displacement along x per force along the load", |cell, _| json!(cell.compliance.x.value)),
+    ("compliance_x_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_x_um_per_N", |cell, _| json!(cell.compliance.x.standard_uncertainty)),
+    ("compliance_y_um_per_N", Number, "um/N", "Displacement along y per force along the load", |cell, _| json!(cell.compliance.y.value)),
+    ("compliance_y_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_y_um_per_N", |cell, _| json!(cell.compliance.y.standard_uncertainty)),
+    ("compliance_z_um_per_N", Number, "um/N", "Displacement along z per force along the load", |cell, _| json!(cell.compliance.z.value)),
+    ("compliance_z_u_um_per_N", Number, "um/N", "Standard uncertainty of compliance_z_um_per_N", |cell, _| json!(cell.compliance.z.standard_uncertainty)),
+    ("stiffness_N_per_um", Number, "N/um", "Stiffness along the load", |cell, _| json!(cell.stiffness.value)),
+    ("u_N_per_um", Number, "N/um", "Standard uncertainty of the stiffness", |cell, _| json!(cell.stiffness.standard_uncertainty)),
+    ("expanded_U_N_per_um", Number, "N/um", "Expanded uncertainty of the stiffness, 95 %", |cell, _| json!(cell.stiffness.expanded_uncertainty)),
+    ("reason", Text, "", "Why a value or its uncertainty is missing", |cell, _| json!(cell.stiffness.reason)),
 ];
 
 /// The stiffness of every pose and direction, its uncertainty budget, the means of each load and the flags.
-///
-/// # Arguments
-/// - `result`: what `stiffness` hands back.
 #[must_use]
-pub fn stiffness_tables(result: &impl Serialize) -> Vec<TidyTable> {
-    let result = serde_json::to_value(result).unwrap_or_default();
-    let cells = array(&result, "/cells");
-    let within = |place: &str| nested(cells, place);
+pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
+    let cells = || result.cells.iter();
+    let budgets = cells().flat_map(|cell| {
+        let found = cell.uncertainty_regression.iter();
+        found.flat_map(move |found| found.budget.iter().map(move |row| (cell, row)))
+    });
+    let loads = cells().flat_map(|cell| cell.loads.iter().map(move |load| (cell, load)));
+    let flags = cells().flat_map(|cell| cell.flags.iter().map(move |flag| (cell, flag)));
+    let titles = [
+        "Stiffness of one pose and direction",
+        "One source of uncertainty of one stiffness",
+        "One load in one pose and direction",
+        "One finding in the readings",
+    ];
     vec![
         table(
             "stiffness",
-            "Stiffness of one pose and direction",
+            titles[0],
             STIFFNESS,
-            nested(cells, ""),
+            cells().map(|cell| (cell, cell)),
         ),
-        table(
-            "budget",
-            "One source of uncertainty of one stiffness",
-            BUDGET,
-            within("/uncertainty_regression/budget"),
-        ),
-        table(
-            "loads",
-            "One load in one pose and direction",
-            LOADS,
-            within("/loads"),
-        ),
-        table(
-            "flags",
-            "One finding in the readings",
-            FLAGS,
-            within("/flags"),
-        ),
+        table("budget", titles[1], BUDGET, budgets),
+        table("loads", titles[2], LOADS, loads),
+        table("flags", titles[3], FLAGS, flags),
     ]
 }
 
 /// The compliance of every pose and direction of a session with displacement gauges along the base axes.
-///
-/// # Arguments
-/// - `result`: what `stiffness` hands back for such a session.
 #[must_use]
-pub fn vector_stiffness_tables(result: &impl Serialize) -> Vec<TidyTable> {
-    let result = serde_json::to_value(result).unwrap_or_default();
-    let cells = nested(array(&result, "/cells"), "");
-    vec![table(
-        "stiffness",
-        "Compliance of one pose under load in one direction",
-        VECTOR_STIFFNESS,
-        cells,
-    )]
+pub fn vector_stiffness_tables(cells: &[VectorStiffnessCell]) -> Vec<TidyTable> {
+    let title = "Compliance of one pose under load in one direction";
+    let rows = cells.iter().map(|cell| (cell, cell));
+    vec![table("stiffness", title, VECTOR_STIFFNESS, rows)]
 }
 
-fn array<'a>(value: &'a Value, place: &str) -> &'a [Value] {
-    value
-        .pointer(place)
-        .and_then(Value::as_array)
-        .map_or(&[], Vec::as_slice)
-}
-
-/// Objects of an array inside each object, with the object around; for an empty place the objects themselves.
-fn nested<'a>(objects: &'a [Value], place: &str) -> Vec<(&'a Value, &'a Value)> {
-    if place.is_empty() {
-        return objects.iter().map(|object| (object, object)).collect();
-    }
-    let inner = |object: &'a Value| array(object, place).iter().map(move |row| (object, row));
-    objects.iter().flat_map(inner).collect()
-}
-
-fn table(
+fn table<'r, C: 'r, R: 'r>(
     name: &'static str,
     title: &'static str,
-    plan: &[ColumnPlan],
-    objects: Vec<(&Value, &Value)>,
+    plan: &[ColumnPlan<C, R>],
+    rows: impl Iterator<Item = (&'r C, &'r R)>,
 ) -> TidyTable {
     let columns = plan
         .iter()
@@ -188,23 +163,11 @@ fn table(
             unit: (*unit).to_owned(),
             meaning: (*meaning).to_owned(),
         });
-    let row = |(around, object): (&Value, &Value)| {
-        let fields = plan
-            .iter()
-            .map(|(.., place)| match place.strip_prefix('^') {
-                Some(place) => field(around.pointer(place)),
-                None => field(object.pointer(place)),
-            });
-        fields.collect::<Vec<String>>()
+    let field = |value: Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => text,
+        other => other.to_string(),
     };
-    let rows = objects.into_iter().map(row).collect();
-    TidyTable::new(name, title, columns.collect(), rows)
-}
-
-fn field(value: Option<&Value>) -> String {
-    match value {
-        None | Some(Value::Null) => String::new(),
-        Some(Value::String(text)) => text.clone(),
-        Some(other) => other.to_string(),
-    }
+    let row = |(cell, row): (&C, &R)| plan.iter().map(|(.., of)| field(of(cell, row))).collect();
+    TidyTable::new(name, title, columns.collect(), rows.map(row).collect())
 }

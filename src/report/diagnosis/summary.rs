@@ -1,11 +1,12 @@
 //! A diagnosis as the data of `stiffbench diagnose --json`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::fit::TableMistake;
@@ -163,7 +164,7 @@ pub struct FindingReport {
 }
 
 /// A fitted value.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FittedParameter {
     /// The value in `unit`.
     pub value: f64,
@@ -172,18 +173,18 @@ pub struct FittedParameter {
     /// 95 % interval in `unit`.
     pub ci95: Option<[f64; 2]>,
     /// Ends of the interval that are bounds of what is plausible: the readings do not reach them.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub open_ends: Vec<IntervalEnd>,
     /// Why there is no interval.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<&'static str>,
+    pub reason: Option<Cow<'static, str>>,
     /// The same in SI, of a part; as in the file where its table has no units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub si: Option<SiValue>,
 }
 
 /// A value in SI.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SiValue {
     /// The value in `unit`.
     pub value: f64,
@@ -195,7 +196,7 @@ pub struct SiValue {
 }
 
 /// A reading, or what one is off by, in the unit of a table, and in SI.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TableValue {
     /// The value in `unit`.
     pub value: f64,
@@ -206,7 +207,7 @@ pub struct TableValue {
 }
 
 /// The slope of a configuration of a part.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SlopeReport {
     /// Its name.
     pub name: String,
@@ -221,7 +222,7 @@ pub struct SlopeReport {
 }
 
 /// An end of an interval.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum IntervalEnd {
     /// The lower one.
@@ -231,7 +232,7 @@ pub enum IntervalEnd {
 }
 
 /// A rival of a finding.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RivalReport {
     /// The law and its place.
     #[serde(flatten)]
@@ -243,7 +244,7 @@ pub struct RivalReport {
 }
 
 /// What a model leaves.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct UnexplainedReport {
     /// The stratum that shows most.
     pub stratum: Stratum,
@@ -264,7 +265,7 @@ pub struct UnexplainedReport {
 }
 
 /// How well a model serves.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct QualityReport {
     /// Root mean square of the residuals, each gauge zero fitted, µm; `null` of readings that are no lengths, as all others in µm.
     pub rms_um: Option<f64>,
@@ -292,7 +293,7 @@ pub struct QualityReport {
 }
 
 /// A factor or spring without and with what was found.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FactorChangeReport {
     /// Its name.
     pub name: String,
@@ -307,7 +308,7 @@ pub struct FactorChangeReport {
 }
 
 /// Whether readings determine a factor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Determination {
     /// They do.
@@ -319,7 +320,7 @@ pub enum Determination {
 }
 
 /// The tests of strata.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Strata {
     /// All tests, in the order of the strata.
     pub tests: Vec<StratumTest>,
@@ -328,7 +329,7 @@ pub struct Strata {
 }
 
 /// A contrast that these readings cannot test.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct UntestedContrast {
     /// What would be compared.
     pub contrast: Contrast,
@@ -339,7 +340,7 @@ pub struct UntestedContrast {
 }
 
 /// Parts of the structure by how much of the misfit each explains alone, the most first.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComponentShares {
     /// Of slopes; empty if they do not misfit.
     pub slopes: Vec<ExplainedShare>,
@@ -348,7 +349,7 @@ pub struct ComponentShares {
 }
 
 /// A law that would explain the readings with an impossible value.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RejectedLaw {
     /// The law and its place.
     #[serde(flatten)]
@@ -527,7 +528,7 @@ impl FittedParameter {
             unit,
             ci95,
             open_ends: Vec::new(),
-            reason: ci95.is_none().then_some(why_none),
+            reason: ci95.is_none().then_some(why_none.into()),
             si: None,
         }
     }

@@ -2,7 +2,8 @@
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use stiffbench_document::{Document, Table};
 
@@ -84,12 +85,12 @@ fn add_joints(document: &mut Document, found: &DesignSensitivity) {
 }
 
 /// What moves the stiffness of a mechanism along an axis.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityReport {
     /// Name of the mechanism.
     pub mechanism: String,
     /// The axis.
-    pub direction: &'static str,
+    pub direction: Cow<'static, str>,
     /// The least stiffness.
     pub smallest: Reported,
     /// The mean stiffness.
@@ -103,18 +104,18 @@ pub struct SensitivityReport {
 }
 
 /// Logarithmic derivatives of the stiffness by the constants of a section.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SectionDerivatives {
     /// Name of the section.
     pub section: String,
     /// Of the least stiffness, by constant.
-    pub dln_smallest_dln: IndexMap<&'static str, f64>,
+    pub dln_smallest_dln: IndexMap<Property, f64>,
     /// Of the mean stiffness, by constant.
-    pub dln_mean_dln: IndexMap<&'static str, f64>,
+    pub dln_mean_dln: IndexMap<Property, f64>,
 }
 
 /// Derivatives of the logarithm of the stiffness by the compliance of a joint.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct JointDerivatives {
     /// Name of the joint.
     pub joint: String,
@@ -129,14 +130,14 @@ impl SensitivityReport {
     #[must_use]
     pub fn new(mechanism: &str, found: &DesignSensitivity) -> Self {
         let by_constant = |values: &[f64; 4]| {
-            let names = Property::ALL.iter().map(|property| property.name());
-            names.zip(values.iter().copied()).collect()
+            let constants = Property::ALL.into_iter();
+            constants.zip(values.iter().copied()).collect()
         };
         let stiffness = |n_per_m: f64| Reported::exact(n_per_m / N_PER_UM, "N/um");
         let slope = |value: f64| Reported::exact(value, "N*m/rad");
         Self {
             mechanism: mechanism.to_owned(),
-            direction: AXES[found.axis],
+            direction: AXES[found.axis].into(),
             smallest: stiffness(found.smallest_n_per_m),
             mean: stiffness(found.mean_n_per_m),
             poses_of_mean: found.poses_of_mean,

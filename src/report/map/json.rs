@@ -2,7 +2,8 @@
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use crate::distribution::{
     ColumnStudy, FitUncertainty, MapColumn, MatrixKind, MechanismStudy, RefinedStiffness, Region,
@@ -13,7 +14,7 @@ use crate::reported::Reported;
 use super::{MapReport, SensitivityReport, ShiftSummary, unit_of};
 
 /// What `map` gives: the maps, or the answers to what it is asked instead.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MapResult {
     /// The maps.
@@ -23,7 +24,7 @@ pub enum MapResult {
 }
 
 /// Answers beside the stiffness; each is there if it was asked for.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MapAnswers {
     /// What a load at the end does.
@@ -38,14 +39,14 @@ pub struct MapAnswers {
 }
 
 /// What moves the stiffness.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Sensitivities {
     /// One entry a mechanism and axis.
     pub sensitivities: Vec<SensitivityReport>,
 }
 
 /// The stiffness of some mechanisms over the same poses.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct MapSummary {
     /// Name of the robot.
     pub robot: String,
@@ -67,7 +68,7 @@ pub struct MapSummary {
     pub at_load_n: Option<f64>,
     /// The two coordinates of the plane; absent for reach and height of a robot whose y points up.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plane: Option<[&'static str; 2]>,
+    pub plane: Option<[Cow<'static, str>; 2]>,
     /// One entry a mechanism.
     pub mechanisms: Vec<MechanismMap>,
     /// The paper's tables beside the maps; empty for other robots.
@@ -75,7 +76,7 @@ pub struct MapSummary {
 }
 
 /// The stiffness of a mechanism.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct MechanismMap {
     /// Name of the mechanism.
     pub mechanism: String,
@@ -90,12 +91,12 @@ pub struct MechanismMap {
     /// One entry a direction in which something yields.
     pub stiffness: Vec<DirectionMap>,
     /// Directions in which nothing yields in any pose; absent if there are none.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid: Vec<RigidDirection>,
 }
 
 /// A direction in which nothing yields in any pose.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RigidDirection {
     /// Name of the direction, as in `stiffness`.
     pub along: String,
@@ -104,7 +105,7 @@ pub struct RigidDirection {
 }
 
 /// A pose that could not be solved.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FailedPose {
     /// Number of the point.
     pub id: u64,
@@ -113,7 +114,7 @@ pub struct FailedPose {
 }
 
 /// The stiffness along one direction, or about one.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DirectionMap {
     /// Name of the direction: `x`, or `rx` for the rotational stiffness about x, in N*m/rad.
     pub along: String,
@@ -145,7 +146,7 @@ pub struct DirectionMap {
 }
 
 /// An extreme stiffness.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ExtremeStiffness {
     /// Among the samples.
     pub sampled: SampledStiffness,
@@ -154,7 +155,7 @@ pub struct ExtremeStiffness {
 }
 
 /// The stiffness in a sampled pose.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SampledStiffness {
     /// The stiffness.
     pub value: Reported,
@@ -170,7 +171,7 @@ pub struct SampledStiffness {
 }
 
 /// The Cartesian stiffness or compliance of the end, 6 × 6.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct EndMatrix {
     /// `stiffness` or `compliance`.
     #[schemars(with = "String")]
@@ -180,7 +181,7 @@ pub struct EndMatrix {
 }
 
 /// The stiffness at the end of a search; only `value`, with the reason, where it failed.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedExtremeJson {
     /// The stiffness.
     pub value: Reported,
@@ -190,7 +191,7 @@ pub struct RefinedExtremeJson {
 }
 
 /// Where a search ended.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct RefinedPose {
     /// Position of the end, m.
     pub end_m: [f64; 3],
@@ -203,7 +204,7 @@ pub struct RefinedPose {
 }
 
 /// A quantile of the stiffness.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StiffnessQuantile {
     /// Share of the poses below it.
     pub share: f64,
@@ -212,7 +213,7 @@ pub struct StiffnessQuantile {
 }
 
 /// Stiffness with the uncertainty of fitted factors.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FittedStiffness {
     /// The least.
     pub smallest: Reported,
@@ -223,7 +224,7 @@ pub struct FittedStiffness {
 }
 
 /// A region of the workspace by its stiffness.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StiffnessRegion {
     /// `low`, `middle` or `high`.
     #[schemars(with = "String")]
@@ -244,7 +245,7 @@ pub struct StiffnessRegion {
 }
 
 /// Where a region lies in the plane.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum RegionPlace {
     /// In the plane of reach z and height y.
@@ -282,7 +283,8 @@ impl MapReport<'_> {
             points: set.drawn,
             varied: set.free.iter().map(|&free| self.variable(free)).collect(),
             at_load_n: self.at_load_n,
-            plane: (!self.poses.plane.is_of_the_paper()).then(|| self.poses.plane.letters()),
+            plane: (!self.poses.plane.is_of_the_paper())
+                .then(|| self.poses.plane.letters().map(Into::into)),
             mechanisms: mechanisms
                 .map(|(effects, study)| self.mechanism(effects, study))
                 .collect(),

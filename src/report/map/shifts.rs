@@ -1,10 +1,11 @@
 //! What a load or the own weight does to the end over the workspace.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_document::{Document, sign_of};
 
@@ -49,7 +50,7 @@ pub struct ShiftReport<'a> {
 }
 
 /// Displacements of the end over the workspace, for programs.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ShiftSummary {
     /// Name of the robot.
     pub robot: String,
@@ -65,7 +66,7 @@ pub struct ShiftSummary {
 }
 
 /// A load at the end.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct LoadAtEnd {
     /// Force along x, y and z, N.
     #[serde(rename = "force_N")]
@@ -78,7 +79,7 @@ pub struct LoadAtEnd {
 }
 
 /// Displacements of the end of a mechanism.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct MechanismShift {
     /// Name of the mechanism.
     pub mechanism: String,
@@ -92,11 +93,11 @@ pub struct MechanismShift {
     /// Statistics over the poses by quantity: `displacement`, `displacement_x`, `displacement_y`, `displacement_z`, `rotation` and, with a
     /// limit, `largest_load`.
     #[serde(flatten)]
-    pub quantities: IndexMap<&'static str, ShiftStatistics>,
+    pub quantities: IndexMap<Cow<'static, str>, ShiftStatistics>,
 }
 
 /// The weight of a mechanism.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct MechanismWeight {
     /// Its mass, kg.
     pub mass_kg: f64,
@@ -105,7 +106,7 @@ pub struct MechanismWeight {
 }
 
 /// A quantity over the poses.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ShiftStatistics {
     /// No pose has it.
@@ -113,7 +114,7 @@ pub enum ShiftStatistics {
     /// Some poses have it.
     Found {
         /// Unit of the values.
-        unit: &'static str,
+        unit: Cow<'static, str>,
         /// The least.
         least: f64,
         /// The greatest.
@@ -121,14 +122,14 @@ pub enum ShiftStatistics {
         /// The mean.
         mean: f64,
         /// Quantiles by their share.
-        quantiles: IndexMap<&'static str, f64>,
+        quantiles: IndexMap<Cow<'static, str>, f64>,
         /// The pose that a user should look at.
         worst: WorstPose,
     },
 }
 
 /// A pose with its end.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct WorstPose {
     /// Number of the point.
     pub id: u64,
@@ -322,7 +323,7 @@ impl ShiftReport<'_> {
                 sections_without_mass: masses.unweighed.clone(),
             }),
             quantities: quantities
-                .map(|quantity| (quantity.key, self.shift_statistics(map, &quantity)))
+                .map(|quantity| (quantity.key.into(), self.shift_statistics(map, &quantity)))
                 .collect(),
         }
     }
@@ -333,9 +334,9 @@ impl ShiftReport<'_> {
         };
         let row = worst(quantity, &spread);
         let place = map.places[row] as usize;
-        let shares = ["0.05", "0.5", "0.95"];
+        let shares = ["0.05", "0.5", "0.95"].map(Cow::from);
         ShiftStatistics::Found {
-            unit: quantity.unit,
+            unit: quantity.unit.into(),
             least: spread.least.0,
             greatest: spread.greatest.0,
             mean: spread.mean,

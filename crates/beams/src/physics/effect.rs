@@ -2,10 +2,6 @@
 
 use std::fmt;
 
-use indexmap::IndexMap;
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use stiffbench_units_and_text::digits::significant;
 
 use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
@@ -15,8 +11,7 @@ use super::laws;
 use super::place::Place;
 
 /// A law, where it acts, and its values in SI units, in the order of [`super::LawDefinition::parameters`].
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-#[serde(into = "EffectObject")]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
     /// The law.
     pub law: Law,
@@ -24,40 +19,6 @@ pub struct Effect {
     pub place: Place,
     /// Values of its parameters, SI.
     pub values: Vec<f64>,
-}
-
-/// An effect as results write it.
-#[derive(Serialize, JsonSchema)]
-struct EffectObject {
-    /// The law.
-    physics: Law,
-    /// Where it acts.
-    place: Place,
-    /// Its parameters by name.
-    parameters: IndexMap<&'static str, EffectParameter>,
-}
-
-/// A parameter of an effect as results write it.
-#[derive(Serialize, JsonSchema)]
-struct EffectParameter {
-    /// Its value in `unit`.
-    value: f64,
-    /// ASCII unit.
-    unit: &'static str,
-}
-
-impl From<Effect> for EffectObject {
-    fn from(Effect { law, place, values }: Effect) -> Self {
-        let parameters = law.parameters.iter().zip(values).map(|(parameter, value)| {
-            let unit = parameter.unit();
-            (parameter.name, EffectParameter { value, unit })
-        });
-        Self {
-            physics: law,
-            place,
-            parameters: parameters.collect(),
-        }
-    }
 }
 
 /// Why an effect is none.

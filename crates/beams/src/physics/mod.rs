@@ -10,6 +10,7 @@ mod dimension;
 #[cfg(test)]
 mod documentation_tests;
 mod effect;
+mod effect_object;
 mod effect_text;
 mod joint_effect;
 mod joint_path;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
 use crate::robot::{ModelParameter, SpringAxis};
@@ -233,8 +233,10 @@ fn gauge_behind(text: &str, mark: char) -> (&str, Option<Direction>) {
 }
 
 /// The place of an effect, as it stands in files.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
-#[serde(into = "PlaceObject")]
+#[derive(
+    Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(into = "PlaceObject", try_from = "PlaceObject")]
 pub enum Place {
     /// A joint of the robot, by name.
     Joint(String),
@@ -316,6 +318,17 @@ fn property(name: &str) -> Option<Property> {
 impl Place {
     /// Name of the joint that stands for a part without a robot file.
     pub const PART: &str = "specimen";
+
+    /// The place as one of a kind: a joint as its angle where the kind is that.
+    #[must_use]
+    pub fn of(self, kind: PlaceKind) -> Self {
+        match self {
+            Self::Joint(joint) if kind == PlaceKind::JointAngle => {
+                Self::JointAngle { joint, pose: None }
+            }
+            other => other,
+        }
+    }
 }
 
 impl fmt::Display for Place {
@@ -552,6 +565,7 @@ mod tests {
             (Place::Mechanism("B".into()), "B", json!({"mechanism": "B"})),
         ] {
             assert_eq!(json!(place), expected);
+            assert_eq!(Place::deserialize(&expected).unwrap(), place);
             assert_eq!(place.compact(), compact);
             assert_eq!(place.kind().read(compact), Some(place));
         }
@@ -559,6 +573,15 @@ mod tests {
 
     #[test]
     fn what_is_no_place_is_not_read_as_one() {
+        for object in [
+            json!({"joints": "A3"}),
+            json!({"joint": "A3", "element": "A3B1"}),
+            json!({"tool": "w"}),
+            json!({"gauge": "force", "direction": "x"}),
+            json!({"clock": false}),
+        ] {
+            assert!(Place::deserialize(&object).is_err(), "{object}");
+        }
         for (kind, text) in [
             (PlaceKind::Joint, ""),
             (PlaceKind::Axis, "w"),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -20,7 +20,7 @@ use crate::structure::{Material, Section, ShearCoefficients};
 const LIMIT_TOLERANCE_DEG: f64 = 1e-9;
 
 /// A coordinate of the pose: an angle, degrees, or of a joint that slides a distance, m.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "VariableReport")]
 pub struct Variable {
     /// Its name.
@@ -251,14 +251,14 @@ pub struct RigidLink {
 }
 
 /// Values of the variables, degrees or, of those that slide, m, in the order of the robot.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Pose {
     /// Values of the variables in their order, degrees or, of those that slide, m.
     pub angles_deg: Vec<f64>,
 }
 
 /// A pose with its name.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PoseReport")]
 pub struct NamedPose {
     /// Its name.

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::test_point::Direction;
 
 /// How the second body of a joint moves on the first.
@@ -28,7 +29,11 @@ impl JointMotion {
 }
 
 /// One of six springs in series: along an axis, m/N, or about it, rad/(N·m).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+#[schemars(inline)]
 pub enum SpringAxis {
     /// Along x.
     X,

@@ -47,7 +47,16 @@ impl LnUncertainty {
 }
 
 /// Where the cells' own uncertainties come from.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case", tag = "basis")]
 pub enum WeightBasis {
     /// Scatter of run slopes and of readings, each pooled over all cells.

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::robot::{ElementClass, FittingFactors};
 use stiffbench_beams::structure::Property;
@@ -49,7 +49,7 @@ impl Default for MonteCarloSettings {
 const LAST_RANGE: f64 = 1e-4;
 
 /// One factor fitted in one pass.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub struct MonteCarloStep {
     /// Pass, from 1.
     pub pass: usize,
@@ -64,7 +64,7 @@ pub struct MonteCarloStep {
 }
 
 /// What the random trials found.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "TrialReport")]
 pub struct MonteCarloFit {
     /// The fitted factors.

@@ -1,5 +1,6 @@
 //! What a fit found, and what its numbers are worth.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use std::collections::BTreeSet;
@@ -31,7 +32,7 @@ const UNMOVED: f64 = 1e-9;
 const DISAGREEMENT: f64 = 0.2;
 
 /// How the factors were found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FitMethod {
     /// All cells at once, weights from their uncertainties.
@@ -378,7 +379,7 @@ impl FittedComponent {
 }
 
 /// Root mean square errors of the displacements of a pose, m, in JSON um.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PoseError {
     /// The pose.
     pub pose: PoseId,
@@ -410,13 +411,13 @@ pub struct FittedFrames {
 }
 
 /// How well one of the nine parameters of the frames is known.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "FrameParameterReport")]
 pub struct FrameParameter {
     /// Its name: `base_frame.x`, `base_frame.rx` (about the axes of the tracker), `tool_point.x`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// `um` or `urad`.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard error, m or rad, in JSON in `unit`; `null` where the poses do not determine it.
     #[serde(rename = "se", serialize_with = "in_micro_if_any")]
     pub standard_error: Option<f64>,
@@ -503,10 +504,10 @@ pub struct FitAgreement {
 }
 
 /// How a bootstrap drew.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct BootstrapDraws {
     /// What was drawn anew: `runs` within their cell, or whole `cells`.
-    pub over: &'static str,
+    pub over: Cow<'static, str>,
     /// How often.
     pub replicates: usize,
     /// Refits that failed or did not converge.

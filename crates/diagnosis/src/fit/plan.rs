@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::{Mechanics, PoseMechanics};
 use stiffbench_beams::robot::{
@@ -37,7 +37,7 @@ const USUAL_FORCE_N: f64 = 70.0;
 const USUAL_COMPLIANCE: f64 = 1e-5;
 
 /// A further load case, and what it does for a parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "NextLoadCase")]
 pub struct PlannedLoadCase {
     /// Name of the pose in the robot file or the table, else a new one.
@@ -74,7 +74,7 @@ pub struct PlannedLoadCases {
 /// The standard error of a parameter before and with this and all earlier planned load cases, in its unit; of a factor that of its logarithm.
 ///
 /// It is that of the fit, in which parameters at a bound stay there; none where no load shows the parameter beside the others.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NextStandardError {
     /// The parameter.
     pub name: String,

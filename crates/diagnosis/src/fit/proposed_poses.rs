@@ -1,7 +1,7 @@
 //! Which poses may be proposed for a measurement: inside the limits, above a floor, not at the base.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::robot::{
     BodyPlace, JointMotion, Mechanism, PlacedRobot, Pose, Robot, Variable,
@@ -67,7 +67,7 @@ impl PoseRules {
 }
 
 /// The rules that proposed poses keep.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProposedWithin {
     /// Height below which no joint and no tool is, m.
     pub floor_m: f64,

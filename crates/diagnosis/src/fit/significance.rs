@@ -18,7 +18,9 @@ use super::shares::Shares;
 pub const PAPER_FACTOR: f64 = 100.0;
 
 /// Which elements a section constant is changed in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Scope {
     /// All elements (S-FSD, the paper's step 3).
@@ -66,7 +68,9 @@ pub struct ParameterSignificance {
 }
 
 /// The order in which factors are fitted, each with the direction it is fitted to.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 pub struct SequenceStep {
     /// The section constant.
     pub property: Property,

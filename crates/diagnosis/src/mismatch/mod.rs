@@ -49,7 +49,7 @@ pub use design::{
 pub use diagnose::{diagnose, diagnose_and_locate};
 pub use error::MismatchError;
 pub(crate) use hold_out::folds_of;
-pub use hold_out::{HeldOut, MisfitShares, MisfitSteps, Quality};
+pub use hold_out::{HeldOut, MisfitShares, MisfitSteps, NoShareReason, Quality};
 pub use noise::{
     CellSlopes, EarlierNoise, EstimatedNoise, KnownNoise, NoiseBasis, SeriesSlopes, StatedScatter,
 };

@@ -1,7 +1,7 @@
 //! The readings that a procedure plans, in order.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::readings::{LoadOrder, RepeatOrder, ZeroScope};
 use stiffbench_units_and_text::test_point::Branch;
@@ -10,7 +10,7 @@ use super::plan::Procedure;
 use super::shuffle::shuffled;
 
 /// One reading to be made.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlannedReading {
     /// Place in the load sequence from 0, counted on through unloading; the readings of a hold share it.
     pub step: u32,

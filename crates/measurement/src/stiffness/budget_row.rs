@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::curve::LoadCurve;
 use super::gauges::GaugePair;
@@ -10,7 +10,7 @@ use super::line::LineFit;
 use super::scatter::PooledScatter;
 
 /// What an uncertainty comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum UncertaintySource {
     /// Scatter of the readings.
@@ -44,7 +44,7 @@ impl fmt::Display for UncertaintySource {
 }
 
 /// Whether a component comes from observed scatter or from other knowledge (GUM 2.3.2, 2.3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub enum EvaluationType {
     /// From the scatter of these readings.
     A,
@@ -53,7 +53,7 @@ pub enum EvaluationType {
 }
 
 /// Shape of the distribution assumed for a component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Distribution {
     /// Normal.
@@ -63,7 +63,7 @@ pub enum Distribution {
 }
 
 /// Whether and why a row counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RowUse {
     /// Part of the combined uncertainty.

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::estimate::Method;
 use super::table::{CellStiffness, StiffnessTable};
@@ -81,7 +81,7 @@ impl fmt::Display for NotCompared {
 }
 
 /// The test of all cells together.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "OverallDifference")]
 pub struct OverallTest {
     /// Chi-squared: dᵀ V⁻¹ d of the changes.
@@ -97,7 +97,7 @@ pub struct OverallTest {
 }
 
 /// Whether two sessions agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "ComparisonVerdict")]
 pub enum StiffnessAgreement {

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::{mean, standard_deviation};
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 /// Which branches a stiffness is computed from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Branches {
     /// Growing load only. The default: unloading carries the width of any friction loop with it.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::curve::LoadCurve;
@@ -31,7 +31,9 @@ impl fmt::Display for Method {
 }
 
 /// Which scatter the type A uncertainty rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema, Error)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, Error,
+)]
 #[serde(rename_all = "kebab-case", tag = "from")]
 pub enum ScatterBasis {
     /// Scatter between runs; it holds whatever the readings of a run share.

@@ -22,11 +22,11 @@ mod flag_tests;
 mod flags;
 mod gauges;
 mod grouping;
-mod json;
 mod line;
 mod outliers;
 #[cfg(test)]
 mod property_tests;
+mod report;
 mod rounding;
 mod run_slope;
 #[cfg(test)]
@@ -53,6 +53,10 @@ pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits, read_off_words};
 pub use grouping::LeftOut;
 pub use line::{LineFit, NoStiffness, RunSums, TypeA};
+pub use report::{
+    BudgetRowReport, FlagReport, LeftOutReport, LoadMeanReport, PooledScatterReport,
+    SkippedCellReport, StiffnessCellReport, StiffnessReport, UncertaintyReport,
+};
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;

@@ -1,5 +1,6 @@
 //! What the reader took for what.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use schemars::JsonSchema;
@@ -43,7 +44,7 @@ impl fmt::Display for FieldDelimiter {
 }
 
 /// How the text of a file is encoded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum TextEncoding {
     /// UTF-8, or its ASCII part.
     #[serde(rename = "UTF-8")]
@@ -69,10 +70,10 @@ impl fmt::Display for TextEncoding {
 }
 
 /// What the reader of a table took for what.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FileLayout {
     /// The program that wrote the file, where its marks are in it.
-    pub program: Option<&'static str>,
+    pub program: Option<Cow<'static, str>>,
     /// Encoding of the text.
     pub encoding: TextEncoding,
     /// The sheet, of a spreadsheet.
@@ -108,7 +109,7 @@ impl fmt::Display for FileLayout {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lines = if self.sheet.is_some() { "row" } else { "line" };
         f.write_str("table taken as ")?;
-        if let Some(program) = self.program {
+        if let Some(program) = &self.program {
             write!(f, "{program}, ")?;
         }
         self.encoding.fmt(f)?;

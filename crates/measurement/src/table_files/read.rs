@@ -283,7 +283,7 @@ fn layout(
         .filter(|record| !record.is_comment && !record.is_blank());
     let line = |index: usize| records[index].line;
     FileLayout {
-        program: told.program,
+        program: told.program.map(Into::into),
         encoding: told.encoding,
         sheet: told.sheet,
         delimiter: told.delimiter,

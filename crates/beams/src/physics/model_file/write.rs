@@ -2,10 +2,7 @@
 
 use std::fmt::Write as _;
 
-use stiffbench_units_and_text::test_point::Direction;
 use stiffbench_units_and_text::toml_text::quoted;
-
-use crate::physics::place::Place;
 
 use super::{FoundEffect, MODEL_SCHEMA, ModelFile, ParameterUncertainty};
 
@@ -62,7 +59,10 @@ fn push_effect(text: &mut String, array: &str, found: &FoundEffect) {
     let _ = writeln!(text, "\n[[{array}]]");
     let _ = writeln!(text, "physics = \"{}\"", effect.law);
     let _ = writeln!(text, "# {}", effect.law.equation);
-    let _ = writeln!(text, "place = {}", place(&effect.place));
+    // A place is a table of names and numbers, and so it can be written.
+    let place = toml::Value::try_from(&effect.place)
+        .map_or_else(|_| String::new(), |place| place.to_string());
+    let _ = writeln!(text, "place = {place}");
     if let Some(group) = found.alternative_group {
         let _ = writeln!(text, "alternative_group = {group}");
     }
@@ -91,72 +91,4 @@ impl std::fmt::Display for ParameterUncertainty {
         }
         Ok(())
     }
-}
-
-fn place(place: &Place) -> String {
-    match place {
-        Place::Joint(name) => format!("{{ joint = {} }}", quoted(name)),
-        Place::AcrossJoint { joint, axis } => {
-            format!("{{ joint = {}, axis = \"{axis}\" }}", quoted(joint))
-        }
-        Place::Tool(axis) => format!("{{ tool = \"{axis}\" }}"),
-        Place::Axis(axis) => format!("{{ axis = \"{axis}\" }}"),
-        Place::Direction(direction) => format!("{{ direction = \"{direction}\" }}"),
-        Place::Toward { direction, toward } => {
-            format!("{{ direction = \"{direction}\", toward = \"{toward}\" }}")
-        }
-        Place::Length { body, entry } => {
-            format!("{{ body = {}, entry = {} }}", quoted(body), quoted(entry))
-        }
-        Place::JointAngle { joint, pose: None } => format!("{{ joint = {} }}", quoted(joint)),
-        Place::JointAngle {
-            joint,
-            pose: Some(pose),
-        } => {
-            format!(
-                "{{ joint = {}, pose = {} }}",
-                quoted(joint),
-                quoted(pose.as_str())
-            )
-        }
-        Place::Group {
-            group,
-            property: None,
-        } => format!("{{ group = {} }}", quoted(group)),
-        Place::Group {
-            group,
-            property: Some(property),
-        } => {
-            format!(
-                "{{ group = {}, property = \"{}\" }}",
-                quoted(group),
-                property.name()
-            )
-        }
-        Place::Mechanism(name) => format!("{{ mechanism = {} }}", quoted(name)),
-        Place::Element(name) => format!("{{ element = {} }}", quoted(name)),
-        Place::ForceGauge => "{ gauge = \"force\" }".to_owned(),
-        Place::DisplacementGauge(axis) => {
-            format!("{{ gauge = \"displacement\"{} }}", of_gauge(*axis))
-        }
-        Place::Structure => "{ structure = true }".to_owned(),
-        Place::Clock(axis) => format!("{{ clock = true{} }}", of_gauge(*axis)),
-        Place::Run {
-            pose,
-            direction,
-            repeat,
-            step,
-            gauge,
-        } => format!(
-            "{{ run = {{ pose = {}, direction = {}, repeat = {repeat} }}, step = {step}{} }}",
-            quoted(pose.as_str()),
-            quoted(direction.as_str()),
-            of_gauge(*gauge)
-        ),
-    }
-}
-
-/// The axis of one of several gauges, behind another key.
-fn of_gauge(axis: Option<Direction>) -> String {
-    axis.map_or_else(String::new, |axis| format!(", direction = \"{axis}\""))
 }

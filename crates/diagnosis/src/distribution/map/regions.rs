@@ -16,7 +16,7 @@ const WIDE: f64 = 10.0;
 const FEW_POSES: f64 = 0.01;
 
 /// A third of the range or of the poses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// The lowest third.

@@ -80,11 +80,11 @@ pub(in crate::fit) fn fitted_frames(
         let found = covariance.map(|found| &found.estimates[parameters + place]);
         let error = found.and_then(|found| found.standard_error);
         FrameParameter {
-            name: TRACKER_PARAMETERS[place],
+            name: TRACKER_PARAMETERS[place].into(),
             unit: if TRACKER_PARAMETERS[place].contains(".r") {
-                "urad"
+                "urad".into()
             } else {
-                "um"
+                "um".into()
             },
             standard_error: error,
             half_width_95: error

@@ -1,7 +1,7 @@
 //! How the size of an effect changes from configuration to configuration of a part.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::TestObject;
 
@@ -13,7 +13,7 @@ use crate::mismatch::problem::{DiagnosisProblem, SearchOptions};
 use crate::search::constants::STRONG_EVIDENCE;
 
 /// What the sizes of all effects follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ConfigurationSizes {
     /// One size for all configurations.

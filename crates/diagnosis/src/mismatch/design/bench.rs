@@ -3,7 +3,7 @@
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use stiffbench_beams::physics::{Effect, Law, Place, TestObject, title};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
 use stiffbench_measurement::procedure::Pace;
@@ -42,6 +42,23 @@ pub struct LawAtPlace {
     pub law: Law,
     /// The place.
     pub place: Place,
+}
+
+/// Of several laws of one name the first that acts at such a place.
+impl<'de> Deserialize<'de> for LawAtPlace {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct NamedPlace {
+            physics: Law,
+            place: Place,
+        }
+        let NamedPlace { physics, place } = NamedPlace::deserialize(deserializer)?;
+        let mut laws = Law::named(physics.name);
+        let law = laws.find(|law| place.clone().of(law.place_kind).kind() == law.place_kind);
+        let law = law.unwrap_or(physics);
+        let place = place.of(law.place_kind);
+        Ok(Self { law, place })
+    }
 }
 
 impl From<&Effect> for LawAtPlace {

@@ -1,11 +1,11 @@
 //! What to measure next.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_measurement::procedure::Procedure;
 
 /// A plan that would separate what these readings leave open.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NextMeasurement {
     /// What to do, in one sentence.
     pub plan: String,

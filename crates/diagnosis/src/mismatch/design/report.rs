@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use crate::mismatch::candidates::{
     CANDIDATES_AT_A_TIME, CandidateMemo, CandidateScores, Candidates, LawCriticalValues,
@@ -14,7 +15,7 @@ use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, FittedModel, State};
 use crate::search::NullNoise;
 use crate::search::constants::NULL_SAMPLES;
-use stiffbench_beams::physics::{Law, ParameterSpec};
+use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
 use super::bench::{DesignBench, LawAtPlace};
@@ -24,7 +25,7 @@ use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
 const NEAREST: usize = 3;
 
 /// What a procedure would show, for programs.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "DesignSummary")]
 pub struct DesignReport {
     /// Name of the procedure.
@@ -42,7 +43,7 @@ pub struct DesignReport {
 }
 
 /// A law that a procedure does not show at a place.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "UnseenLaw")]
 pub struct Unseen {
     /// The law and its place.
@@ -53,7 +54,7 @@ pub struct Unseen {
 }
 
 /// From which size on a law is found at a place.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "LawDetection")]
 pub struct LawDesign {
     /// The law and its place.
@@ -62,7 +63,7 @@ pub struct LawDesign {
     /// Size found in 80 % of sessions, SI, in `unit`; `null` for a law without size, as a loose member.
     pub size_80: Option<f64>,
     /// Unit of the sizes.
-    pub unit: Option<&'static str>,
+    pub unit: Option<Cow<'static, str>>,
     /// The same as the largest change of a reading, µm.
     pub end_effect_80_um: f64,
     /// Its standard error as the largest change of a reading, m.
@@ -116,7 +117,7 @@ pub fn design_of_plan(
                 rivals.truncate(NEAREST);
                 let suspect = suspect(view.candidate);
                 LawDesign {
-                    unit: suspect.law.parameters.first().map(ParameterSpec::unit),
+                    unit: (suspect.law.parameters.first()).map(|spec| spec.unit().into()),
                     suspect,
                     size_80: view.size(view.scale_80),
                     standard_error_m: view.shape.peak_m / view.shape.square.sqrt(),

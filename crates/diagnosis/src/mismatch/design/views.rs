@@ -1,7 +1,7 @@
 //! One law at one place as planned readings see it, and how far it is from another.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mismatch::candidates::{WhiteCandidate, WhiteShape};
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, POWER_80};
@@ -10,7 +10,7 @@ use crate::search::{RowVector, dot, norm};
 use super::bench::LawAtPlace;
 
 /// A law that is hard to tell from another.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "NearLaw")]
 pub struct NearRival {
     /// The law and its place.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::Place;
 use stiffbench_units_and_text::quantity::in_micrometres;
@@ -25,7 +25,7 @@ const LEFT_OUT_ALONE: usize = 50;
 const FOLDS: usize = 20;
 
 /// How well a model serves in a pose that was left out of its fit.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOut {
     /// The pose.
     pub pose: PoseId,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::TestObject;
 
@@ -21,7 +21,7 @@ const VISIBLE_MISFIT: f64 = 3.0;
 const DETERMINED: f64 = 2.0;
 
 /// Shares of the misfit (1): beyond what noise leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct MisfitShares {
     /// Of the readings that were fitted; `null` with a reason.
     #[schemars(range(min = 0.0, max = 1.0))]
@@ -31,7 +31,24 @@ pub struct MisfitShares {
     pub share_unseen: Option<f64>,
     /// Why a share is `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub share_reason: Option<&'static str>,
+    pub share_reason: Option<NoShareReason>,
+}
+
+/// Why there is no share of the misfit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum NoShareReason {
+    /// Nobody knows how much of what the fit leaves is noise.
+    #[serde(rename = "the scatter is estimated from the residuals of the fit")]
+    ScatterOfTheFit,
+    /// There is too little of it.
+    #[serde(rename = "the misfit is too small to be apportioned")]
+    SmallMisfit,
+    /// Nothing can be left out.
+    #[serde(rename = "no group of readings can be left out so that the others determine it")]
+    NothingToLeaveOut,
+    /// There is too little of it in what was left out.
+    #[serde(rename = "the misfit of readings left out is too small to be apportioned")]
+    SmallUnseenMisfit,
 }
 
 /// Shares of all findings together and of each place in the answer.
@@ -128,12 +145,10 @@ pub(crate) fn misfit_shares(
     };
     let reason = |seen: Option<f64>, share: Option<f64>| match (seen, share) {
         (Some(_), Some(_)) => None,
-        (None, _) if is_from_fit => Some("the scatter is estimated from the residuals of the fit"),
-        (None, _) => Some("the misfit is too small to be apportioned"),
-        (_, None) if folds.is_none() => {
-            Some("no group of readings can be left out so that the others determine it")
-        }
-        (_, None) => Some("the misfit of readings left out is too small to be apportioned"),
+        (None, _) if is_from_fit => Some(NoShareReason::ScatterOfTheFit),
+        (None, _) => Some(NoShareReason::SmallMisfit),
+        (_, None) if folds.is_none() => Some(NoShareReason::NothingToLeaveOut),
+        (_, None) => Some(NoShareReason::SmallUnseenMisfit),
     };
     let shares = |seen: Option<f64>, unseen: Option<f64>| {
         let seen = seen.filter(|_| !is_from_fit);

@@ -1,7 +1,7 @@
 //! Noise with what is known of it.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_numeric::statistics::normal_quantile;
 
 use crate::mismatch::observed::ReadingNoise;
@@ -21,7 +21,7 @@ pub struct EstimatedNoise {
 }
 
 /// Where a noise comes from: the first that applies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseBasis {
     /// It was stated, or recorded.

@@ -1,7 +1,7 @@
 //! Whether a model leaves more than noise does: the largest pattern, and what cells, load steps, branches and time have in common.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_beams::physics::TestObject;
 
 use super::largest_pattern::UnexplainedStructure;
@@ -28,7 +28,7 @@ const CONTRASTS: [Contrast; 9] = [
 const BEYOND_NOISE: f64 = 3.0;
 
 /// A test of everything that a model leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Omnibus {
     /// Chance that noise alone leaves as much in any of its tests.
     #[schemars(range(min = 0.0, max = 1.0))]
@@ -38,7 +38,7 @@ pub struct Omnibus {
 }
 
 /// One of the tests.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum OmnibusTest {
     /// The largest single pattern.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::search::constants::{LAW_LEVEL, MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
 
@@ -11,7 +11,7 @@ use crate::search::constants::{LAW_LEVEL, MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
 const CERTAIN: f64 = 0.005;
 
 /// What is to be said of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The mismatch has one explanation.
@@ -34,7 +34,7 @@ impl fmt::Display for Verdict {
 }
 
 /// How far a verdict may be relied on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VerdictGrade {
     /// What is named explains the readings.

@@ -244,7 +244,7 @@ impl ComponentResponse {
     }
 
     fn of_property(mut self, property: &'static str) -> Self {
-        self.component.property = Some(property);
+        self.component.property = Some(property.into());
         self
     }
 

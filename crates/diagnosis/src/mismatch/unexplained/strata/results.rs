@@ -1,9 +1,10 @@
 //! What is said of where a model fails.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mismatch::observed::Observations;
 use crate::mismatch::unexplained::stratum::{Location, Stratum};
@@ -18,7 +19,9 @@ use super::map::MapEntry;
 const ONE_SPOT: f64 = 0.8;
 
 /// What is compared within a stratum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contrast {
     /// Slopes of cells beyond one set of factors.
@@ -90,7 +93,7 @@ impl Contrast {
 }
 
 /// A test of one contrast.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StratumTest {
     /// Where it belongs.
     pub stratum: Stratum,
@@ -145,7 +148,7 @@ impl StratumTest {
 }
 
 /// Part of a contrast.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Spot {
     /// The pose, if one.
     pub pose: Option<PoseId>,
@@ -245,17 +248,17 @@ impl Located {
 }
 
 /// A part of the structure that may give way.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SuspectComponent {
     /// The joint, element, base axis or direction of the gauge's stand.
     pub place: Place,
     /// Section property of an element: A (along), Iy, Iz (bending), J (twisting).
-    pub property: Option<&'static str>,
+    pub property: Option<Cow<'static, str>>,
 }
 
 impl fmt::Display for SuspectComponent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (&self.place, self.property) {
+        match (&self.place, &self.property) {
             (Place::Direction(direction), _) => write!(f, "the gauge's stand in {direction}"),
             (place, Some(property)) => write!(f, "{place}, {property}"),
             (place, None) => write!(f, "{place}"),
@@ -264,7 +267,7 @@ impl fmt::Display for SuspectComponent {
 }
 
 /// How much of a misfit a part of the structure explains alone.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ExplainedShare {
     /// The part.
     #[serde(flatten)]
