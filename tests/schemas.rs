@@ -14,8 +14,9 @@ use stiffbench::analysis::StoredResult;
 use stiffbench::mismatch::{DesignReport, LawAtPlace};
 use stiffbench::physics::{Effect, Law};
 use stiffbench::report::{
-    ComparisonReport, FitReport, MapResult, PlanReport, PredictionReport, ShardReport,
-    SignificanceReport, SimulationReport, VectorStiffnessReport, VerifyReport, schemas,
+    ComparisonReport, DiagnosisSummary, FitReport, MapResult, PlanReport, PredictionReport,
+    ShardReport, SignificanceReport, SimulationReport, VectorStiffnessReport, VerifyReport,
+    schemas,
 };
 use stiffbench::stiffness::StiffnessReport;
 use stiffbench_test_files::desk::{Desk, Ran};
@@ -183,6 +184,7 @@ fn read_back(kind: &str, printed: &str) -> Option<Value> {
     let reader = match kind {
         "compare" => of::<ComparisonReport>,
         "design" => of::<DesignReport>,
+        "diagnosis" => of::<DiagnosisSummary>,
         "fit" => of::<FitReport>,
         "map" => of::<MapResult>,
         "map-shard" => of::<ShardReport>,

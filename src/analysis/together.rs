@@ -2,8 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use serde::Deserialize;
+
 use crate::mismatch::{
-    BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_data,
+    BadReading, BadRun, KnownNoise, LawAtPlace, Observations, ReadingNoise, noise_alone,
+    screen_data,
 };
 use crate::parameters::ParameterChoice;
 use crate::session::read_inside;
@@ -16,6 +19,7 @@ use super::hash::sha256;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
 use super::session_table::SessionTable;
+use super::stored::StoredResult;
 
 /// One of several sessions that are analysed together.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +45,21 @@ pub struct SessionShare {
 pub struct OpenBefore {
     /// How many sessions it was of: this one, and others of those that are analysed together now.
     pub sessions: usize,
-    /// Law and place, as its JSON has them.
-    pub open: Vec<(String, serde_json::Value)>,
+    /// Laws and places.
+    pub open: Vec<LawAtPlace>,
+}
+
+/// Of a stored diagnosis what it left open.
+#[derive(Deserialize)]
+struct EarlierDiagnosis {
+    findings: Vec<EarlierFinding>,
+}
+
+#[derive(Deserialize)]
+struct EarlierFinding {
+    #[serde(flatten)]
+    law: LawAtPlace,
+    alternative_group: Option<u32>,
 }
 
 /// A reading that is part of a data finding.
@@ -205,23 +222,16 @@ pub(super) fn lay_out(
 /// What a diagnosis that is stored beside a session left open, if it was of fewer sessions than now.
 fn open_before<T>(session: &SessionTable<T>, now: &[SessionTable<T>]) -> Option<OpenBefore> {
     let bytes = read_inside(&session.folder, "diagnosis/diagnosis.json").ok()?;
-    let stored: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
-    let inputs = stored["inputs"]["data"].as_array()?;
-    let is_there = |input: &serde_json::Value| {
-        let mut sessions = now.iter();
-        sessions.any(|session| input["sha256"] == session.sha256.as_str())
-    };
-    let is_earlier = inputs.len() < now.len() && inputs.iter().all(is_there);
-    let findings = stored["data"]["findings"].as_array();
-    let findings = findings.filter(|_| is_earlier)?.iter();
-    let open = findings.filter(|finding| !finding["alternative_group"].is_null());
-    let named = open.filter_map(|finding| {
-        let law = finding["physics"].as_str()?;
-        Some((law.to_owned(), finding["place"].clone()))
-    });
-    let open: Vec<(String, serde_json::Value)> = named.collect();
+    let text = String::from_utf8(bytes).ok()?;
+    let stored = StoredResult::<EarlierDiagnosis>::read("diagnosis", &text).ok()?;
+    let before: Vec<&str> = stored.inputs.hashes_of_data().collect();
+    let is_there = |hash: &&str| now.iter().any(|session| session.sha256 == *hash);
+    let is_earlier = before.len() < now.len() && before.iter().all(is_there);
+    let findings = stored.data.findings.into_iter().filter(|_| is_earlier);
+    let open = findings.filter(|finding| finding.alternative_group.is_some());
+    let open: Vec<LawAtPlace> = open.map(|finding| finding.law).collect();
     (!open.is_empty()).then_some(OpenBefore {
-        sessions: inputs.len(),
+        sessions: before.len(),
         open,
     })
 }

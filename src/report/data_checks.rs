@@ -93,7 +93,7 @@ pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
             "all readings agree with the robot only if the values of joint {joint} have the other sign: does the controller count it the other way?"
         );
     }
-    let component = mistake.component.unwrap_or("what was read");
+    let component = mistake.component.as_deref().unwrap_or("what was read");
     let pose = mistake.pose.as_ref();
     let of_pose = pose.map_or_else(String::new, |pose| format!(" of pose {pose}"));
     let both = match &mistake.exchanged_with {
@@ -110,7 +110,7 @@ pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
             "{both} with all other readings only if they are exchanged: are their names swapped?"
         );
     }
-    let what = match (pose, mistake.component) {
+    let what = match (pose, &mistake.component) {
         (Some(pose), None) => format!("the readings of pose {pose} agree with the other poses"),
         (None, Some(component)) => format!("{component} agrees with the other components"),
         _ => format!("{component}{of_pose} agrees with all other readings"),

@@ -92,12 +92,10 @@ fn three_gauges_measure_the_compliance_that_the_robot_has() {
     let details = "decision_rule = \"guard-band\"\n[[requirement]]\npose = \"P1\"\ndirection = \"-y\"\nat_least_N_per_um = 0.02\n";
     desk.write("report.toml", details);
     let report = desk.data("report s --details report.toml --out s.html");
-    assert_eq!(
-        report["sessions"][0]["results"][1]["direction"],
-        "(0,0.6,0.8)"
-    );
     assert_eq!(report["conformity"]["requirements"][0]["decision"], "pass");
-    assert!(desk.read("s.html").contains("Static compliance (ISO 9283)"));
+    for part in ["Static compliance (ISO 9283)", "(0,0.6,0.8)"] {
+        assert!(desk.read("s.html").contains(part), "{part}");
+    }
     desk.run("report verify s.html s").succeeds();
     // What reads one displacement gauge says so.
     let error = desk.refusal("compare s s", 11, "stiffbench::input::vectors");

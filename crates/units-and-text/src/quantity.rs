@@ -21,15 +21,59 @@ pub const METRES_PER_MICROMETRE: f64 = 1e-6;
 /// Radians in a microradian.
 pub const RAD_PER_MICRORADIAN: f64 = 1e-6;
 
-/// Writes metres as micrometres, for fields of results that end in `_um`.
-///
-/// # Errors
-/// Those of the serializer.
-pub fn in_micrometres<S: serde::Serializer>(
-    metres: &f64,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.serialize_f64(metres / METRES_PER_MICROMETRE)
+/// Metres and radians that files have in micrometres and microradians, also where there may be none.
+pub mod micro {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::METRES_PER_MICROMETRE;
+
+    /// A number, or none.
+    pub trait Amount: Copy {
+        /// The same with its number changed.
+        #[must_use]
+        fn map_amount(self, change: impl Fn(f64) -> f64) -> Self;
+    }
+
+    impl Amount for f64 {
+        fn map_amount(self, change: impl Fn(f64) -> f64) -> Self {
+            change(self)
+        }
+    }
+
+    impl Amount for Option<f64> {
+        fn map_amount(self, change: impl Fn(f64) -> f64) -> Self {
+            self.map(change)
+        }
+    }
+
+    /// Writes metres as micrometres.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    pub fn serialize<T: Amount + Serialize, S: Serializer>(
+        metres: &T,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let written = metres.map_amount(|metres| metres / METRES_PER_MICROMETRE);
+        written.serialize(serializer)
+    }
+
+    /// Reads micrometres as the metres that are written as these.
+    ///
+    /// # Errors
+    /// Those of the deserializer.
+    pub fn deserialize<'de, T: Amount + Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<T, D::Error> {
+        let read = T::deserialize(deserializer)?;
+        Ok(read.map_amount(|micrometres| {
+            // The product may be one step off.
+            let metres = micrometres * METRES_PER_MICROMETRE;
+            let is_it = |metres: &f64| metres / METRES_PER_MICROMETRE == micrometres;
+            let near = [metres, metres.next_up(), metres.next_down()];
+            near.into_iter().find(is_it).unwrap_or(metres)
+        }))
+    }
 }
 
 /// Stiffness in the unit of files and print: 1 N/µm is 1e6 N/m.

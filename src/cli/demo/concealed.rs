@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde::de::DeserializeOwned;
 use stiffbench_document::Document;
 
 use crate::cli::args::Global;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{CliError, Failure};
 use crate::cli::run_words;
-use crate::report::{DemoConcealed, DemoFinding};
+use crate::physics::Place;
+use crate::report::{DemoConcealed, DemoFinding, DiagnosisSummary, FindingReport, FitReport};
 
 /// What is concealed in the simulated bench; the analysis is not given it.
 const CONCEALED: &str = "joint-backlash@A3:play=18urad,seat_moment=9N*m";
@@ -41,18 +42,17 @@ pub(super) fn run(out: &Path, global: &Global) -> Result<SecondSession, Failure>
     let concealed = ["--repeats", "5", "--effect", CONCEALED];
     run_words(&[simulate.as_slice(), &concealed].concat(), global)?;
     let fit = ["fit", &session, "--train", "P1,P3"];
-    let without_law = run_words(&fit, global)?.into_data();
-    let found = run_words(&["diagnose", &session, "--out", &pages], global)?.into_data();
+    let without_law: FitReport = result(&fit, global)?;
+    let found: DiagnosisSummary = result(&["diagnose", &session, "--out", &pages], global)?;
     let model = diagnosis.join("model.toml").display().to_string();
-    let with_law = run_words(&[fit.as_slice(), &["--model", &model]].concat(), global)?.into_data();
+    let with_law: FitReport = result(&[fit.as_slice(), &["--model", &model]].concat(), global)?;
     let page = out.join("report.html");
     let file = page.display().to_string();
     run_words(
         &["report", &session, "--train", "P1,P3", "--out", &file],
         global,
     )?;
-    let files = found["files"].as_array().into_iter().flatten();
-    let files = files.filter_map(|file| Some(PathBuf::from(file.as_str()?)));
+    let files = found.files.unwrap_or_default().into_iter();
     let files = files.chain(["session.toml", "readings.csv"].map(|name| folder.join(name)));
     let files = files.chain([page.clone()]);
     Ok(SecondSession {
@@ -62,27 +62,31 @@ pub(super) fn run(out: &Path, global: &Global) -> Result<SecondSession, Failure>
             report: page,
             concealed: CONCEALED.to_owned(),
             limit_percent: LIMIT_PERCENT,
-            left_out_error_percent: without_law["max_error_percent"].as_f64(),
-            left_out_error_with_law_percent: with_law["max_error_percent"].as_f64(),
-            verdict: text(&found["verdict"]),
-            headline: text(&found["headline"]),
-            findings: found["findings"]
-                .as_array()
-                .map_or_else(Vec::new, |findings| findings.iter().map(finding).collect()),
+            left_out_error_percent: without_law.max_error_percent,
+            left_out_error_with_law_percent: with_law.max_error_percent,
+            verdict: found.verdict.to_string(),
+            headline: found.headline,
+            findings: found.findings.iter().map(finding).collect(),
         },
     })
 }
 
-fn text(value: &Value) -> String {
-    value.as_str().unwrap_or_default().to_owned()
+/// The result of a command.
+fn result<T: DeserializeOwned>(words: &[&str], global: &Global) -> Result<T, Failure> {
+    let data = run_words(words, global)?.into_data();
+    Ok(T::deserialize(data).map_err(|error| CliError::Internal {
+        problem: error.to_string(),
+    })?)
 }
 
-fn finding(found: &Value) -> DemoFinding {
-    let play = &found["parameters"]["play"];
+fn finding(found: &FindingReport) -> DemoFinding {
     DemoFinding {
-        law: text(&found["physics"]),
-        joint: found["place"]["joint"].as_str().map(str::to_owned),
-        play_urad: play["value"].as_f64().map(|rad| rad * 1e6),
+        law: found.law.law.to_string(),
+        joint: match &found.law.place {
+            Place::Joint(name) => Some(name.clone()),
+            _ => None,
+        },
+        play_urad: found.parameters.get("play").map(|play| play.value * 1e6),
         true_play_urad: PLAY_URAD,
     }
 }

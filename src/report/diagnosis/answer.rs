@@ -1,7 +1,7 @@
 //! Findings as one answers with them: alone, or as a set of which one is true.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mismatch::Finding;
 use crate::physics::Law;
@@ -29,7 +29,7 @@ pub(super) enum Accused {
 }
 
 /// What a finding accuses.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FindingKind {
     /// The robot, its gauges or their surroundings.

@@ -1,7 +1,9 @@
 //! Readings and runs that their repeats contradict.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_document::{Document, sign_of};
 
 use crate::analysis::DiagnosisReport;
@@ -15,7 +17,7 @@ use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
 const NAMED: usize = 12;
 
 /// What is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DataFindingKind {
     /// The value of a reading.
@@ -45,7 +47,7 @@ impl DataFindingKind {
 }
 
 /// A reading or run that its repeats contradict, or a cell that yields against its load or has the name of another.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DataFindingReport {
     /// What is wrong.
     pub kind: DataFindingKind,
@@ -68,7 +70,7 @@ pub struct DataFindingReport {
     /// Standard error of that difference, in `unit`.
     pub standard_error: f64,
     /// `um`, or `um/N` for runs and cells.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Chance that any good reading, or run, of the session is as far off.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
@@ -77,7 +79,7 @@ pub struct DataFindingReport {
 }
 
 /// A place in a session.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DataPlace {
     /// A single reading.
@@ -150,7 +152,7 @@ impl DataFindingReport {
             value: micro(bad.compliance),
             expected: micro(bad.expected),
             standard_error: micro(bad.u),
-            unit: "um/N",
+            unit: "um/N".into(),
             p_family: bad.p_family,
             left_out: !report.outliers_kept,
         }
@@ -176,7 +178,7 @@ impl DataFindingReport {
             value: micro(bad.value_m),
             expected: micro(bad.expected_m),
             standard_error: micro(bad.u_m),
-            unit: bad.quantity.micro_unit(),
+            unit: bad.quantity.micro_unit().into(),
             p_family: bad.p_family,
             left_out: !report.outliers_kept,
         }
@@ -225,12 +227,10 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> Document {
             1,
         ),
         [one, ..] => {
-            let (one, more) = (run_name(one), runs.len() - 1);
-            first_line(
-                report,
-                &format!("Data: {one} and {more} more cannot be right"),
-                2,
-            )
+            let more = runs.len() - 1;
+            let several = || format!("{} and {more} more cannot be right", run_name(one));
+            let what = cells_of_one_factor(&runs).unwrap_or_else(several);
+            first_line(report, &format!("Data: {what}"), 2)
         }
     };
     let bad = &report.bad_readings;
@@ -276,6 +276,26 @@ fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
         (false, _) => "all left out",
     };
     format!("{what}; {done}.")
+}
+
+/// Cells that would agree by one factor, in words; `None` of others.
+fn cells_of_one_factor(cells: &[&BadRun]) -> Option<String> {
+    let first = cells.first()?;
+    let factor = first.factor?;
+    let is_alike = |one: &&BadRun| one.repeat.is_none() && one.factor == first.factor;
+    let common = |is: &dyn Fn(&BadRun) -> bool| cells.iter().all(|one| is(one));
+    let place = if common(&|one| one.direction == first.direction) {
+        format!(" along {}", first.direction)
+    } else if common(&|one| one.pose == first.pose) {
+        format!(" of pose {}", first.pose)
+    } else {
+        String::new()
+    };
+    let unit = usual_unit(factor).map_or_else(String::new, |words| format!(" ({words}?)"));
+    cells.iter().all(is_alike).then(|| {
+        let (count, how) = (cells.len(), factor_words(factor));
+        format!("{count} cells{place} agree with all others only {how}{unit}")
+    })
 }
 
 /// Exchanged cells, each pair once.
@@ -340,16 +360,17 @@ fn bad_run(bad: &BadRun) -> String {
         (None, Some((pose, direction))) => {
             format!("{}: with the readings of {pose} {direction} it agrees", of_cells())
         }
-        (None, None) if bad.factor.is_none_or(|factor| factor > 0.0) => {
-            format!("{}{}", of_cells(), put_right(bad.factor))
+        // Of a cell that yields against its load no other cell was asked.
+        (None, None) if bad.expected == -bad.compliance => {
+            "against its load, which no structure does: check the sign of force and displacement there".to_owned()
         }
+        (None, None) => format!("{}{}", of_cells(), put_right(bad.factor)),
         (Some(_), _) => format!(
             "where the other repeats predict {} ± {} µm/N (k = 2){}",
             um_per_n(bad.expected),
             significant(micro(2.0 * bad.u), 2),
             put_right(bad.factor)
         ),
-        (None, None) => "against its load, which no structure does: check the sign of force and displacement there".to_owned(),
     };
     format!(
         "{}: it yields by {} µm/N, {expected}.",
@@ -365,7 +386,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
         return Document::new();
     }
     let mut section = Document::under("Bad readings");
-    for one in &report.bad_runs {
+    for one in report.bad_runs.iter().take(NAMED) {
         section.item(bad_run(one));
     }
     for one in bad.iter().take(NAMED) {
@@ -398,9 +419,12 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
         );
         section.item(said);
     }
-    if bad.len() > NAMED {
-        let more = format!("{} more are in the JSON output.", bad.len() - NAMED);
-        section.item(more);
+    let more: usize = [bad.len(), report.bad_runs.len()]
+        .map(|count| count.saturating_sub(NAMED))
+        .iter()
+        .sum();
+    if more > 0 {
+        section.item(format!("{more} more are in the JSON output."));
     }
     let what = if report.outliers_kept {
         "They were kept because of --keep-outliers: the results below may describe them."

@@ -1,7 +1,9 @@
 //! Detection limits and critical values as a diagnosis reports them.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::mismatch::{DetectionLimit, LawCriticalValues};
@@ -9,7 +11,7 @@ use crate::physics::{Law, Needs, ParameterSpec, Place, laws};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 /// Size of a law that readings would have shown at a place, or the reason why there is none.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DetectionLimitReport {
     /// The law.
     pub physics: Law,
@@ -28,25 +30,27 @@ pub struct DetectionLimitReport {
 }
 
 /// What a search shows of a law at a place.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SeenLimit {
     /// Largest change of a reading by the size, µm; `null` of readings that are no lengths.
+    // Without the key there is no limit at all.
+    #[serde(deserialize_with = "Option::deserialize")]
     pub end_effect_um: Option<f64>,
     /// Upper 95 % limit of the size, given these readings, in `unit`; `null` where something was found.
     pub upper_95: Option<f64>,
 }
 
 /// Why a law cannot be seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct UnseenReason {
     /// Why, as a clause.
-    pub reason: &'static str,
+    pub reason: Cow<'static, str>,
     /// What would make it visible, as a clause; `null` where nothing would.
-    pub remedy: Option<&'static str>,
+    pub remedy: Option<Cow<'static, str>>,
 }
 
 /// How the level of a search is split between the laws.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SearchLevels {
     /// Chance that noise alone passes for any law.
     pub laws_level: f64,
@@ -63,12 +67,12 @@ pub struct SearchLevels {
 }
 
 /// Level and critical value of a law.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct LawLevel {
     /// The law.
     pub physics: Law,
     /// Unit of its size; `null` for a law without size.
-    pub unit: Option<&'static str>,
+    pub unit: Option<Cow<'static, str>>,
     /// Whether any period was searched.
     pub wide_search: bool,
     /// Its share of the level of all laws.
@@ -95,8 +99,8 @@ impl DetectionLimitReport {
         let scaled = |size: f64| size / si.unwrap_or(1.0);
         let (reason, remedy) = limit.law.search.unseen_at_place;
         let unseen = UnseenReason {
-            reason,
-            remedy: Some(remedy),
+            reason: reason.into(),
+            remedy: Some(remedy.into()),
         };
         Self {
             physics: limit.law,
@@ -176,7 +180,10 @@ impl DiagnosisReport {
             }
             Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature => law.search.unseen,
         };
-        UnseenReason { reason, remedy }
+        UnseenReason {
+            reason: reason.into(),
+            remedy: remedy.map(Into::into),
+        }
     }
 
     /// Whether springs that are parameters of the model are what the law describes.
@@ -198,7 +205,7 @@ impl From<&LawCriticalValues> for SearchLevels {
             let level = critical.laws.levels.get(family).copied();
             LawLevel {
                 physics: law,
-                unit: unit(law),
+                unit: unit(law).map(Into::into),
                 wide_search,
                 share: level.map(|level| level / LAW_LEVEL),
                 level,

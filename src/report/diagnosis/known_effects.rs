@@ -1,8 +1,10 @@
 //! Physics that was known before a diagnosis, and what the readings make of its values.
 
+use std::borrow::Cow;
+
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_document::{Document, Table};
 
 use crate::analysis::DiagnosisReport;
@@ -13,17 +15,17 @@ use crate::report::text::with_unit;
 use super::summary::FittedParameter;
 
 /// Physics that was given with `--effect` or `--model`.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct KnownEffectReport {
     /// The law and its place.
     #[serde(flatten)]
     pub law: LawAtPlace,
     /// Its parameters by name.
-    pub parameters: IndexMap<&'static str, KnownParameter>,
+    pub parameters: IndexMap<Cow<'static, str>, KnownParameter>,
 }
 
 /// A value that was given, fitted again.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct KnownParameter {
     /// As given, in the unit of the fitted value.
     pub given: f64,
@@ -43,7 +45,7 @@ impl From<&KnownEffect> for KnownEffectReport {
                 before: FittedParameter::of_law(spec, &known.before[place]),
                 after: FittedParameter::of_law(spec, &known.after[place]),
             };
-            (spec.name, parameter)
+            (spec.name.into(), parameter)
         });
         Self {
             law: (&known.given).into(),

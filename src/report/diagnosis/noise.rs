@@ -1,7 +1,9 @@
 //! The noise of a diagnosis, and where it comes from.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_document::Document;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
@@ -16,14 +18,14 @@ use super::units::um_shown;
 use crate::count::{counted, degrees_of_freedom};
 
 /// The noise, and where it comes from.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseReport {
     /// Its standard deviations.
     #[serde(flatten)]
     pub deviations: NoiseDeviations,
     /// Where they come from: `estimated`: repeats, or neighbours in long runs; `fit`: what the model leaves, nothing being repeated; `stated` with the
     /// data; `records` or `earlier-sessions`.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
     /// What each earlier session showed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub earlier: Option<Vec<EarlierReport>>,
@@ -34,14 +36,14 @@ pub struct NoiseReport {
 }
 
 /// A part of the noise. Parts that not every bench has are there where the readings ask for them.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseComponent {
     /// `white`: standard deviation of a reading without the step of its gauge. `resolution`: that of the step. `zero`: that of a gauge zero.
     /// `slope`: relative standard deviation of the slope of a run. `growth`: standard deviation of a reading as a share of its displacement.
     /// `ar1`: correlation of the scatter of a reading with that of the one before it in its run. `tails`: degrees of freedom of Student's t.
     /// Of several gauges that were read at once: `white-x`, `white-y`, `white-z`: standard deviation of a reading of the gauge along that axis, the
     /// step included; `slope-of-gauge`: that of the slope that a run has in one gauge alone; `force`: that of the force of a reading.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The value in `unit`.
     pub value: f64,
     /// ASCII unit.
@@ -51,7 +53,7 @@ pub struct NoiseComponent {
 }
 
 /// Standard deviations of the noise of readings.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseDeviations {
     /// Of a reading, the step of its gauge included.
     pub reading_sd: NoiseDeviation,
@@ -62,7 +64,7 @@ pub struct NoiseDeviations {
 }
 
 /// A standard deviation.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseDeviation {
     /// The value in `unit`.
     pub value: f64,
@@ -72,14 +74,14 @@ pub struct NoiseDeviation {
     pub dof: Option<f64>,
     /// Why there are no degrees of freedom.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<&'static str>,
+    pub reason: Option<Cow<'static, str>>,
     /// The same in SI, of the readings of a part; as in the file where its table has no units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub si: Option<SiValue>,
 }
 
 /// The noise of an earlier session.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct EarlierReport {
     /// Its standard deviations.
     #[serde(flatten)]
@@ -119,7 +121,7 @@ impl From<&DiagnosisReport> for NoiseReport {
             .map(|one| one.si);
         Self {
             deviations,
-            source,
+            source: source.into(),
             earlier,
             components: components(report),
             floor_rms_um: report.subject.micrometres(report.noise_floor_m()),
@@ -137,8 +139,8 @@ fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
     let [reading, zero, slope] = diagnosis.noise_dof;
     let reading_sd = noise.reading_sd_m / si;
     let zero_sd = noise.zero_sd_m / si;
-    let part = |name, value, unit: &str, ci95| NoiseComponent {
-        name,
+    let part = |name: &'static str, value, unit: &str, ci95| NoiseComponent {
+        name: name.into(),
         value,
         unit: unit.to_owned(),
         ci95,
@@ -215,7 +217,7 @@ impl NoiseDeviations {
             value,
             unit: unit.to_owned(),
             dof: (!is_known(dof)).then_some(dof),
-            reason: is_known(dof).then_some("given, not estimated"),
+            reason: is_known(dof).then_some("given, not estimated".into()),
             si: None,
         };
         Self {
@@ -247,7 +249,7 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
         ends.map_or_else(String::new, |(low, high)| format!(" ({low} to {high})"))
     };
     let plain = |value: f64| significant(value, 2);
-    match part.name {
+    match &*part.name {
         "white-x" | "white-y" | "white-z" => Some(format!(
             "A reading of the gauge along {} scatters by {}.",
             &part.name["white-".len()..],

@@ -23,7 +23,7 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
     let limits = report.detection_limits();
     let all: Vec<(&DetectionLimitReport, UnseenReason)> = limits
         .iter()
-        .filter_map(|limit| Some((limit, limit.unseen?)))
+        .filter_map(|limit| Some((limit, limit.unseen.clone()?)))
         .collect();
     let mut readings = report.observations.readings.iter();
     let loading_only =
@@ -54,7 +54,7 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
             .find(|(_, other, why)| *other == places && why.reason == first.reason);
         match same {
             Some((laws, ..)) => laws.push(law),
-            None => by_law.push((vec![law], places, *first)),
+            None => by_law.push((vec![law], places, first.clone())),
         }
     }
     for (laws, places, why) in by_law {

@@ -1,7 +1,7 @@
 //! Several sessions diagnosed together: what each brings.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_document::Document;
 
 use crate::analysis::{DiagnosisReport, SessionShare};
@@ -11,7 +11,7 @@ use crate::report::{micro, significant};
 use super::phrases::listed;
 
 /// One of several sessions that were diagnosed together.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SessionReport {
     /// What it is called in the names of poses.
     pub name: String,
@@ -53,31 +53,27 @@ impl From<&SessionShare> for SessionReport {
             open_before: share
                 .open_before
                 .iter()
-                .flat_map(|before| before.open.iter().map(name))
+                .flat_map(|before| before.open.iter().map(ToString::to_string))
                 .collect(),
         }
     }
 }
 
-/// A law at a place in words.
-fn name((law, place): &(String, serde_json::Value)) -> String {
-    format!("{law} {}", in_words(place))
-}
-
 /// What was open between laws and places, and what of it the sessions together still name.
 fn decided(report: &DiagnosisReport, share: &SessionShare) -> Option<String> {
     let before = share.open_before.as_ref()?;
-    let now: Vec<serde_json::Value> = report
-        .diagnosis
-        .findings
-        .iter()
-        .filter_map(|finding| serde_json::to_value(LawAtPlace::from(&finding.effect)).ok())
-        .collect();
-    let is_named = |(law, place): &&(String, serde_json::Value)| {
+    let findings = report.diagnosis.findings.iter();
+    let now: Vec<LawAtPlace> = findings.map(|one| (&one.effect).into()).collect();
+    let is_named = |one: &&LawAtPlace| {
         let mut named = now.iter();
-        named.any(|one| one["physics"] == law.as_str() && one["place"] == *place)
+        named.any(|named| (named.law.name, &named.place) == (one.law.name, &one.place))
     };
-    let left: Vec<String> = before.open.iter().filter(is_named).map(name).collect();
+    let left: Vec<String> = before
+        .open
+        .iter()
+        .filter(is_named)
+        .map(ToString::to_string)
+        .collect();
     let outcome = match &left[..] {
         [] => "Diagnosed together, the sessions name none of these.".to_owned(),
         [one] => format!("Diagnosed together, the sessions decide for {one}."),
@@ -88,21 +84,9 @@ fn decided(report: &DiagnosisReport, share: &SessionShare) -> Option<String> {
         1 => format!("{} alone", share.name),
         _ => format!("{} with the sessions before it", share.name),
     };
-    let open: Vec<String> = before.open.iter().map(name).collect();
+    let open: Vec<String> = before.open.iter().map(ToString::to_string).collect();
     let sentence = format!("{own} left open: {}. {outcome}", listed(&open, "or"));
     Some(sentence)
-}
-
-/// A place as JSON has it, without its keys.
-fn in_words(place: &serde_json::Value) -> String {
-    match place {
-        serde_json::Value::String(word) => word.clone(),
-        serde_json::Value::Object(parts) => {
-            let parts: Vec<String> = parts.values().map(in_words).collect();
-            parts.join(" ")
-        }
-        other => other.to_string(),
-    }
 }
 
 /// The section of the page; empty of one session.

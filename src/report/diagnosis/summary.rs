@@ -31,7 +31,7 @@ use super::sessions::SessionReport;
 use super::{check, factor_value, phrases};
 
 /// A diagnosis: of sessions and load cases, or of a part, whose table states its own units.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DiagnosisSummary {
     /// What in the table of a part was taken for what.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,21 +102,21 @@ pub struct DiagnosisSummary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order_is_clock: Option<bool>,
     /// Each session, where several were diagnosed together. Their poses are called `session/pose`; `noise` above is that of the first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<SessionReport>,
     /// Laws that the search left out.
     pub without: Vec<Law>,
     /// Seed of the simulated noise.
     pub seed: u64,
     /// Version of the program.
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
     /// Files that were written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub files: Option<Vec<PathBuf>>,
 }
 
 /// A found effect.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct FindingReport {
     /// The law and its place.
     #[serde(flatten)]
@@ -134,10 +134,10 @@ pub struct FindingReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file_line: Option<FileLine>,
     /// Its parameters by name.
-    pub parameters: IndexMap<&'static str, FittedParameter>,
+    pub parameters: IndexMap<Cow<'static, str>, FittedParameter>,
     /// By its name what readings determine where they do not tell the parameters apart, if the law has such a number.
-    #[serde(skip_serializing_if = "IndexMap::is_empty")]
-    pub combination: IndexMap<&'static str, FittedParameter>,
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub combination: IndexMap<Cow<'static, str>, FittedParameter>,
     /// Whether its size stands at the bound of what is plausible.
     pub at_bound: bool,
     /// Largest change of a reading, µm; `null` of readings that are no lengths.
@@ -433,7 +433,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             sessions: report.sessions.iter().map(Into::into).collect(),
             without,
             seed: report.seed,
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             files: None,
         }
     }
@@ -443,7 +443,8 @@ impl FindingReport {
     fn new(report: &DiagnosisReport, finding: &Finding) -> Self {
         let subject = &report.subject;
         let stated = finding.stated();
-        let mut stated = stated.map(|(spec, value)| (spec.name, subject.fitted(spec, value)));
+        let mut stated =
+            stated.map(|(spec, value)| (spec.name.into(), subject.fitted(spec, value)));
         let parameters = stated.by_ref().take(finding.values.len()).collect();
         let in_table = subject.in_table(finding.end_effect_m);
         Self {

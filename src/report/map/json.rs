@@ -246,7 +246,7 @@ pub struct StiffnessRegion {
 
 /// Where a region lies in the plane.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, deny_unknown_fields)]
 pub enum RegionPlace {
     /// In the plane of reach z and height y.
     ReachAndHeight {

@@ -109,8 +109,6 @@ pub struct MechanismWeight {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ShiftStatistics {
-    /// No pose has it.
-    Missing(Reported),
     /// Some poses have it.
     Found {
         /// Unit of the values.
@@ -126,6 +124,8 @@ pub enum ShiftStatistics {
         /// The pose that a user should look at.
         worst: WorstPose,
     },
+    /// No pose has it.
+    Missing(Reported),
 }
 
 /// A pose with its end.

@@ -5,7 +5,7 @@ use crate::robot::{
 };
 use crate::structure::Property;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::test_point::PoseId;
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Key};
 
@@ -77,7 +77,7 @@ impl FileSuspects {
 }
 
 /// A line of a robot file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FileLine {
     /// The file.
     pub file: String,

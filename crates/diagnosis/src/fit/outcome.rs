@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::Effect;
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, TrackerFrames};
@@ -16,7 +16,7 @@ use stiffbench_numeric::least_squares::{
 };
 use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::digits::significant;
-use stiffbench_units_and_text::quantity::{METRES_PER_MICROMETRE, in_micrometres};
+use stiffbench_units_and_text::quantity::micro;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::load_cases::scatter::RowScatter;
@@ -39,14 +39,6 @@ pub enum FitMethod {
     LeastSquares,
     /// The paper's nine steps: pose by pose, factor by factor, by random trials.
     Paper,
-}
-
-/// A length in µm, or an angle in µrad, where there may be none.
-#[expect(clippy::ref_option, reason = "serde passes the field")]
-fn in_micro_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    value
-        .map(|value| value / METRES_PER_MICROMETRE)
-        .serialize(serializer)
 }
 
 /// What is known of a parameter besides its value.
@@ -384,16 +376,32 @@ pub struct PoseError {
     /// The pose.
     pub pose: PoseId,
     /// Of the rigid robot: fitted springs without compliance, fitted factors 1; of positions with frames of its own.
-    #[serde(rename = "rigid_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "rigid_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub rigid_m: f64,
     /// Of the model with the values that the fit began at; of positions that of the rigid robot.
-    #[serde(rename = "before_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "before_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub before_m: f64,
     /// Of the fitted model.
-    #[serde(rename = "fitted_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "fitted_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub fitted_m: f64,
     /// Of a fit without this pose.
-    #[serde(rename = "unseen_um", serialize_with = "in_micro_if_any")]
+    #[serde(
+        rename = "unseen_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub without_its_pose_m: Option<f64>,
 }
 
@@ -419,10 +427,17 @@ pub struct FrameParameter {
     /// `um` or `urad`.
     pub unit: Cow<'static, str>,
     /// Standard error, m or rad, in JSON in `unit`; `null` where the poses do not determine it.
-    #[serde(rename = "se", serialize_with = "in_micro_if_any")]
+    #[serde(
+        rename = "se",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub standard_error: Option<f64>,
     /// Half of its 95 % interval, m or rad, in JSON in `unit`.
-    #[serde(serialize_with = "in_micro_if_any")]
+    #[serde(
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub half_width_95: Option<f64>,
 }
 

@@ -143,6 +143,29 @@ impl Shift {
     }
 }
 
+/// Takes suspects away one after the other, the farthest first, and gives those up to the last that is too far for noise: until all are out, each
+/// makes the others look good (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
+///
+/// # Arguments
+/// - `most`: how many may be bad.
+/// - `level`: chance of noise from which one is good.
+/// - `next`: the farthest beside those that were taken, with its chance.
+pub(crate) fn up_to_last_bad<T>(
+    most: usize,
+    level: f64,
+    mut next: impl FnMut(&[(T, f64)]) -> Option<(T, f64)>,
+) -> Vec<(T, f64)> {
+    let mut taken = Vec::new();
+    while taken.len() < most
+        && let Some(farthest) = next(&taken)
+    {
+        taken.push(farthest);
+    }
+    let last = taken.iter().rposition(|(_, chance)| *chance <= level);
+    taken.truncate(last.map_or(0, |last| last + 1));
+    taken
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

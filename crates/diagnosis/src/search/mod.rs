@@ -42,7 +42,7 @@ pub use engine::{
     without_duplicates,
 };
 pub use evidence::{chance_of_any, distinguishable, log_bayes, under_known_covariance};
-pub(crate) use fitted_rows::{DeletedRows, FittedRows, Shift};
+pub(crate) use fitted_rows::{DeletedRows, FittedRows, Shift, up_to_last_bad};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
 pub(crate) use information::{Information, Projected};
 pub use linear::{

@@ -1,15 +1,13 @@
 //! Single values that contradict the others: their repeats where there are any, else the fit to all others.
 //!
-//! The scatter comes from the other repeats, or the other residuals. Values are taken away one by one, the farthest first, and those before
-//! the last that is too far for noise are bad: so two bad values do not hide each other (generalized extreme studentized deviate: Rosner,
-//! Technometrics 25, 1983).
+//! The scatter comes from the other repeats, or the other residuals. Values are taken away one by one ([`up_to_last_bad`]).
 
 use stiffbench_units_and_text::test_point::Branch;
 
 use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{BadReading, misread_factor};
-use crate::search::constants::MOST_BAD_READINGS;
-use crate::search::{FittedRows, RowVector};
+use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
+use crate::search::{FittedRows, RowVector, up_to_last_bad};
 
 use super::bad_positions::bad_positions;
 use super::moved_columns::{fitted_rows, plain_sd};
@@ -112,19 +110,16 @@ fn contradicted(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<BadReading> {
     let mut groups = repeats(posed);
     let repeated: usize = groups.iter().map(Vec::len).sum();
     let most = ((MOST_BAD_READINGS * repeated as f64).ceil() as usize).min(MOST);
-    let mut taken: Vec<BadReading> = Vec::new();
-    while taken.len() < most
-        && let Some(farthest) = farthest(posed, &groups, residuals)
-    {
+    let taken = up_to_last_bad(most, BAD_READING_LEVEL, |_| {
+        let farthest = farthest(posed, &groups, residuals)?;
         for rows in &mut groups {
             rows.retain(|row| *row != farthest.reading);
         }
         groups.retain(|rows| rows.len() > 1);
-        taken.push(farthest);
-    }
-    let last = taken.iter().rposition(BadReading::is_named);
-    taken.truncate(last.map_or(0, |last| last + 1));
-    taken
+        let chance = farthest.p_family;
+        Some((farthest, chance))
+    });
+    taken.into_iter().map(|(bad, _)| bad).collect()
 }
 
 /// The value that is farthest from its repeats, measured by the scatter of all other repeats; `None` where these do not scatter.

@@ -1,10 +1,12 @@
 //! What agrees with the robot once the table is put right: readings of a pose or a component in another unit, with another decimal point or
 //! sign, or under the name of others; a joint whose values have the other sign.
 
+use std::borrow::Cow;
+
 use std::collections::HashMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_numeric::least_squares::{ParameterSet, minimise};
 use stiffbench_units_and_text::test_point::PoseId;
@@ -30,12 +32,12 @@ const FEWEST: usize = 3;
 const LEFT_BY_A_SIGN: f64 = 0.01;
 
 /// What a table has wrong, if it agrees with the robot once that is put right.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct TableMistake {
     /// The pose; `null` in all poses.
     pub pose: Option<PoseId>,
     /// The component; `null` of all components of a pose.
-    pub component: Option<&'static str>,
+    pub component: Option<Cow<'static, str>>,
     /// What readings, or values of a joint, must be multiplied by: a power of ten, a factor between units, or -1; `null` of what is exchanged.
     pub factor: Option<f64>,
     /// The component, or the pose, with which it is exchanged.
@@ -47,11 +49,11 @@ pub struct TableMistake {
 }
 
 /// What readings were exchanged with.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ExchangedWith {
     /// Those of another component.
-    Component(&'static str),
+    Component(Cow<'static, str>),
     /// Those of another pose.
     Pose(PoseId),
 }
@@ -88,13 +90,17 @@ fn named(posed: &PosedLoadCases, found: &FoundMistake) -> TableMistake {
     let mistake = &found.mistake;
     TableMistake {
         pose: mistake.pose.map(|pose| posed.labels[pose].clone()),
-        component: mistake.component.map(|component| COMPONENTS[component]),
+        component: mistake
+            .component
+            .map(|component| COMPONENTS[component].into()),
         factor: match mistake.changes.first() {
             Some((_, ValueChange::Times(factor))) => Some(*factor),
             _ => None,
         },
         exchanged_with: mistake.exchanged_with.map(|with| match with {
-            Exchanged::Component(component) => ExchangedWith::Component(COMPONENTS[component]),
+            Exchanged::Component(component) => {
+                ExchangedWith::Component(COMPONENTS[component].into())
+            }
             Exchanged::Pose(pose) => ExchangedWith::Pose(posed.labels[pose].clone()),
         }),
         joint: None,

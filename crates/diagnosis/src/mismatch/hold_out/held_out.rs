@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::Place;
-use stiffbench_units_and_text::quantity::in_micrometres;
+use stiffbench_units_and_text::quantity::micro;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::error::MismatchError;
@@ -30,7 +30,11 @@ pub struct HeldOut {
     /// The pose.
     pub pose: PoseId,
     /// Root mean square of the residuals, m; in files µm.
-    #[serde(rename = "rms_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "rms_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub rms_m: f64,
     /// The same with every reading as a multiple of its noise.
     pub noise_units: f64,

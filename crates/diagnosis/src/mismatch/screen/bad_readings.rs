@@ -21,6 +21,7 @@ use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::KnownNoise;
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
+use crate::search::up_to_last_bad;
 
 /// Looks for bad readings in good runs, and lays out the others.
 pub(crate) fn screen_readings(
@@ -45,32 +46,27 @@ pub(crate) fn screen_readings(
     let all = vec![true; observations.len()];
     let mut tested = TestedReadings::new(&screen, all, noise_of_all);
     let tails_of_all = tested.tails_dof();
-    let mut suspects: Vec<usize> = Vec::new();
-    let mut p: Vec<f64> = Vec::new();
-    while suspects.len() < most {
-        let Some(suspect) = tested.take_worst() else {
-            break;
-        };
+    let suspects = up_to_last_bad(most, BAD_READING_LEVEL, |before| {
+        let suspect = tested.take_worst()?;
         let (suspect, is_clearly_good) = (suspect.own.reading, suspect.is_clearly_good());
-        let mut family_p = 1.0;
-        if !is_clearly_good {
-            // What it does to the noise must not speak for it; a reading that passed for good hardly changed it.
-            let similar = p.last().filter(|p| **p > BAD_READING_LEVEL);
-            let similar = similar.map(|_| tested.noise);
-            let noise = screen.noise_of(&tested.keep, similar.as_ref());
-            tested = TestedReadings::new(&screen, tested.keep, noise);
-            // Those before it that passed for good lie farther out than all others too.
-            let passed = p.iter().rev().take_while(|p| **p > BAD_READING_LEVEL);
-            let judged = tested.judged(suspect, 1 + passed.count());
-            family_p = judged.map_or(1.0, |judged| judged.p_family);
+        if is_clearly_good {
+            return Some((suspect, 1.0));
         }
-        suspects.push(suspect);
-        p.push(family_p);
-    }
-    let Some(last) = p.iter().rposition(|p| *p <= BAD_READING_LEVEL) else {
+        // What it does to the noise must not speak for it; a reading that passed for good hardly changed it.
+        let passed = before.iter().rev();
+        let passed = passed.take_while(|(_, p)| *p > BAD_READING_LEVEL).count();
+        let similar = (passed > 0).then_some(tested.noise);
+        let noise = screen.noise_of(&tested.keep, similar.as_ref());
+        let keep = std::mem::take(&mut tested.keep);
+        tested = TestedReadings::new(&screen, keep, noise);
+        // Those before it that passed for good lie farther out than all others too.
+        let judged = tested.judged(suspect, 1 + passed);
+        Some((suspect, judged.map_or(1.0, |judged| judged.p_family)))
+    });
+    if suspects.is_empty() {
         return Ok(screened(observations.clone(), Vec::new(), tails_of_all));
-    };
-    suspects.truncate(last + 1);
+    }
+    let suspects: Vec<usize> = suspects.into_iter().map(|(reading, _)| reading).collect();
     // Each as the good readings alone let expect it: what lay far out only beside the others is good.
     let good_without = |suspects: &[usize]| observations.mask(|one| !suspects.contains(&one));
     let all_out = good_without(&suspects);

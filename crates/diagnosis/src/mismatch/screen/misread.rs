@@ -291,14 +291,14 @@ impl Mistake {
 ///
 /// What agrees once it is multiplied by f has f times the density of what was read: else whatever makes values small would seem to leave little.
 #[derive(Debug, Clone, Copy)]
-struct Likelihood {
+struct MistakeLikelihood {
     scale: ValueScale,
     dof: f64,
     /// Less than the scatter no fit leaves but by luck.
     least_variance: f64,
 }
 
-impl Likelihood {
+impl MistakeLikelihood {
     fn variance(self, squares: f64) -> f64 {
         let variance = (squares / self.dof).max(self.least_variance);
         variance.max(f64::MIN_POSITIVE)
@@ -325,7 +325,7 @@ struct FittedMistake {
 }
 
 impl FittedMistake {
-    fn deviance(&self, likelihood: Likelihood) -> f64 {
+    fn deviance(&self, likelihood: MistakeLikelihood) -> f64 {
         likelihood.deviance(Some(&self.mistake), self.fit.squares)
     }
 }
@@ -336,7 +336,7 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
     // One more mistake of the model may be made, and one direction is that of the mistake of the table.
     let dof = read.len().checked_sub(table.free() + 2)?;
     let dof = Some(dof as f64).filter(|dof| *dof > 0.0)?;
-    let likelihood = Likelihood {
+    let likelihood = MistakeLikelihood {
         scale: table.scale(),
         dof,
         least_variance: table.least_variance(),
@@ -432,7 +432,11 @@ struct Nearest {
 
 /// The mistakes that leave least if the model is linear about its fit to what was recorded; where they may have drawn that fit also those of whole
 /// components, which it takes for its parameters.
-fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit, likelihood: Likelihood) -> Nearest {
+fn nearest(
+    table: &dyn MisreadValues,
+    as_recorded: &ValueFit,
+    likelihood: MistakeLikelihood,
+) -> Nearest {
     let read = table.values();
     let rows = as_recorded.columns.first().map_or(read.len(), Vec::len);
     let of_places = |values: &mut dyn Iterator<Item = (usize, f64)>| {
@@ -488,7 +492,7 @@ fn nearest(table: &dyn MisreadValues, as_recorded: &ValueFit, likelihood: Likeli
 }
 
 /// Of the mistakes that explain about as much as the best the one with the fewest values, if the others have all of its values too.
-fn unambiguous(fitted: &[FittedMistake], likelihood: Likelihood) -> Option<&FittedMistake> {
+fn unambiguous(fitted: &[FittedMistake], likelihood: MistakeLikelihood) -> Option<&FittedMistake> {
     let within = fitted.first()?.deviance(likelihood) + 2.0 * STRONG_EVIDENCE;
     let near = || {
         fitted

@@ -85,7 +85,9 @@ fn by_convention(observations: &Observations, mut compliances: Vec<f64>) -> Vec<
     let along = along.filter(|(cell, _)| cell.is_along_load());
     let (against, with): (Vec<_>, Vec<_>) = along.partition(|(_, one)| **one < 0.0);
     if against.len() >= with.len().max(1) {
-        compliances.iter_mut().for_each(|one| *one = -*one);
+        for one in &mut compliances {
+            *one = -*one;
+        }
     }
     compliances
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_units_and_text::quantity::in_micrometres;
+use stiffbench_units_and_text::quantity::micro;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 /// A row of the decomposition of the residuals.
@@ -48,7 +48,7 @@ impl Stratum {
 }
 
 /// A place where the baseline fails.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Location {
     /// What fails.
     pub stratum: Stratum,
@@ -60,12 +60,16 @@ pub struct Location {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
     /// Whether that is the smallest chance that the draws for a coarse gauge can show.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub p_at_floor: bool,
     /// Period of a swing of the clock, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_s: Option<f64>,
     /// Largest change of a reading by the pattern, m; in files µm.
-    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "size_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub size_m: f64,
 }

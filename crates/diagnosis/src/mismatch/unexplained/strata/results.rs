@@ -10,7 +10,7 @@ use crate::mismatch::observed::Observations;
 use crate::mismatch::unexplained::stratum::{Location, Stratum};
 use crate::search::constants::STRATUM_LEVEL;
 use stiffbench_beams::physics::Place;
-use stiffbench_units_and_text::quantity::in_micrometres;
+use stiffbench_units_and_text::quantity::micro;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::map::MapEntry;
@@ -111,10 +111,14 @@ pub struct StratumTest {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
     /// Whether both are the smallest that the draws for a coarse gauge can show.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub p_at_floor: bool,
     /// Largest departure of a reading, m, once the fit has absorbed what it can; in files µm.
-    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "size_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub size_m: f64,
     /// Part of all weighted squares beyond noise that lies here; 0 where noise alone gives as much once in twenty times.
     pub share: f64,
@@ -162,7 +166,11 @@ pub struct Spot {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
     /// Largest departure of a reading there, m; in files µm.
-    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
+    #[serde(
+        rename = "size_um",
+        serialize_with = "micro::serialize",
+        deserialize_with = "micro::deserialize"
+    )]
     pub size_m: f64,
     /// Share of the contrast's squares that letting this part go free explains.
     pub share: f64,
