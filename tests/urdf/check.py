@@ -15,27 +15,14 @@ import math
 import random
 import subprocess
 import sys
-import sysconfig
 import tempfile
 import tomllib
 from pathlib import Path
 
-PACKAGES = Path(sysconfig.get_path("purelib"))
-DATA = "cmeel.prefix/share/example-robot-data/robots"
-ROBOTS = [
-    (f"{DATA}/panda_description/urdf/panda.urdf", "panda_link0", "panda_hand_tcp"),
-    (f"{DATA}/ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
-    (f"{DATA}/ur_description/urdf/ur10_robot.urdf", "base_link", "tool0"),
-    (f"{DATA}/kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"),
-    (f"{DATA}/xarm_description/urdf/xarm7.urdf", None, "link_eef"),
-    (f"{DATA}/talos_data/robots/talos_left_arm.urdf", None, "arm_left_7_link"),
-    (f"{DATA}/baxter_description/urdf/baxter.urdf", "torso", "left_gripper"),
-    (f"{DATA}/tiago_description/robots/tiago_no_hand.urdf", "base_link", "arm_tool_link"),
-    (f"{DATA}/pr2_description/urdf/pr2.urdf", "torso_lift_link", "l_gripper_tool_frame"),
-    (f"{DATA}/z1_description/urdf/z1.urdf", None, None),
-    ("pybullet_data/kuka_iiwa/model.urdf", None, "lbr_iiwa_link_7"),
-    ("pybullet_data/xarm/xarm6_robot.urdf", "link_base", "link6"),
-]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "robots"))
+
+from compared_robots import PACKAGES, PUBLIC
+
 POSES = 20
 KEPT_POSES = 3
 TOLERANCE_M = 1e-9
@@ -153,7 +140,7 @@ def main():
     random.seed(23)
     kept, failed = [], 0
     print("| robot | from | to | joints | largest difference in 20 poses, m | mass, kg | warnings |\n| --- | --- | --- | --- | --- | --- | --- |")
-    for path, base, tip in ROBOTS:
+    for path, base, tip in PUBLIC:
         base_found, tip_found, chain, (mass_kg, centre_m), poses = by_pinocchio(pin, path, base, tip, POSES)
         warnings, worst, (own_kg, own_centre_m) = imported(pin, program, path, base, tip, chain, poses)
         off_m = abs(own_centre_m - centre_m).max()
