@@ -286,8 +286,7 @@ impl PartModelFile {
                     "a law of parts (docs/parts.md) with its parameters",
                 )
             })?;
-        let is_of_a_part =
-            |place: &Place| !matches!(place, Place::Joint(name) if name != Place::PART);
+        let is_of_a_part = |place: &Place| place.joint().is_none_or(|name| name == Place::PART);
         let place = law.place_kind.read(&written.place).filter(is_of_a_part);
         let expected = law.place_kind.in_words();
         let place = place.ok_or_else(|| bad(file, &key("place"), &written.place, expected))?;

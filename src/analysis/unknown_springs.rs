@@ -1,7 +1,7 @@
 //! Springs that have no value yet, and what of the compliance of the end depends on them.
 
 use crate::parameters::{FitRole, ParameterChoice};
-use crate::physics::{Effect, Place, laws};
+use crate::physics::{Effect, laws};
 use crate::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Predictor, Robot, RobotError};
 
 use super::error::AnalysisError;
@@ -46,8 +46,7 @@ impl<'a> UnknownSprings<'a> {
         effects: &[Effect],
     ) -> Self {
         let is_own = |effect: &Effect, spring: &ModelParameter| {
-            effect.law == laws::JOINT_COMPLIANCE
-                && matches!(&effect.place, Place::Joint(joint) if spring.joint() == Some(joint))
+            effect.law == laws::JOINT_COMPLIANCE && spring.joint() == effect.place.joint()
         };
         let mut springs = robot.unknown_springs(mechanism, factors);
         springs.retain(|spring| !effects.iter().any(|effect| is_own(effect, spring)));

@@ -1,7 +1,7 @@
 //! What an export is written from.
 
 use crate::analysis::{AnalysisError, ResolvedModel, UnknownSprings};
-use crate::physics::{Effect, Place, SimulatedRotation};
+use crate::physics::{Effect, SimulatedRotation};
 use crate::robot::{
     GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, ModelParameter, Pose, Predictor, Robot,
     RobotError, RoleInFit, Theory,
@@ -37,22 +37,24 @@ impl<'a> ExportModel<'a> {
     pub fn new(resolved: &'a ResolvedModel, fitted: Vec<ParameterRow>) -> Self {
         let rows = resolved.found.iter().flat_map(|found| {
             let effect = &found.effect;
-            let parameters = effect.law.parameters.iter().zip(&effect.values);
-            parameters.enumerate().map(|(place, (parameter, value))| {
-                let known = found.uncertainties.get(place);
-                let name = format!(
-                    "{}@{}:{}",
-                    effect.law.name,
-                    effect.place.compact(),
-                    parameter.name
-                );
-                ParameterRow::new(
-                    name,
-                    Some(*value),
-                    parameter.unit(),
-                    known.and_then(|known| known.ci95),
-                )
-            })
+            effect
+                .parameters()
+                .enumerate()
+                .map(|(place, (parameter, value))| {
+                    let known = found.uncertainties.get(place);
+                    let name = format!(
+                        "{}@{}:{}",
+                        effect.law.name,
+                        effect.place.compact(),
+                        parameter.name
+                    );
+                    ParameterRow::new(
+                        name,
+                        Some(value),
+                        parameter.unit(),
+                        known.and_then(|known| known.ci95),
+                    )
+                })
         });
         let effects = rows.collect();
         Self {
@@ -190,10 +192,8 @@ impl<'a> ExportModel<'a> {
     fn placed(&self, pose: &Pose) -> Result<PlacedModel<'a>, RobotError> {
         let (robot, physics) = (self.robot(), &self.resolved.physics);
         let joint = |effect: &Effect| {
-            let Place::Joint(name) = &effect.place else {
-                return None;
-            };
-            let joint = robot.joints.iter().position(|joint| joint.name == *name)?;
+            let name = effect.place.joint()?;
+            let joint = robot.joints.iter().position(|joint| joint.name == name)?;
             Some((joint, effect.law.in_simulators(&effect.values)?))
         };
         let laws: Vec<(usize, SimulatedRotation)> =

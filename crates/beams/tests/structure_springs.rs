@@ -62,7 +62,9 @@ fn joints_turn_beside_a_spring_of_the_structure() {
         let mut both = sprung.clone();
         both.set(&ModelParameter::Joint(joint.into()), 5e-6);
         let whole = Mechanics::rigid(robot, mechanism, &both, poses).unwrap();
-        let lever = mechanics.joint_names().position(|name| name == joint);
+        let lever = mechanics
+            .joints()
+            .position(|place| place.joint() == Some(joint));
         for pose in 0..poses.len() {
             let influence = &mechanics.pose(pose).influence;
             let lever = lever.unwrap();

@@ -8,7 +8,6 @@ use stiffbench_document::Document;
 use crate::cli::args::Global;
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::run_words;
-use crate::physics::Place;
 use crate::report::{DemoConcealed, DemoFinding, DiagnosisSummary, FindingReport, FitReport};
 
 /// What is concealed in the simulated bench; the analysis is not given it.
@@ -82,10 +81,7 @@ fn result<T: DeserializeOwned>(words: &[&str], global: &Global) -> Result<T, Fai
 fn finding(found: &FindingReport) -> DemoFinding {
     DemoFinding {
         law: found.law.law.to_string(),
-        joint: match &found.law.place {
-            Place::Joint(name) => Some(name.clone()),
-            _ => None,
-        },
+        joint: found.law.place.joint().map(str::to_owned),
         play_urad: found.parameters.get("play").map(|play| play.value * 1e6),
         true_play_urad: PLAY_URAD,
     }

@@ -127,7 +127,7 @@ fn findings(report: &DiagnosisReport) -> Table {
         let mut parameters: Vec<[String; 4]> = finding
             .stated()
             .map(|(spec, value)| {
-                let (factor, unit) = subject.printed(spec, value.value);
+                let (factor, unit) = subject.printed(&spec, value.value);
                 let interval = value.interval_95().map(|e| e.map(|x| factor * x));
                 [
                     spec.name.to_owned(),
@@ -376,9 +376,9 @@ pub(in crate::report) fn detection_limits_document(report: &DiagnosisReport) -> 
     // The sort is stable: places of a law stay in the order of the robot.
     critical.sort_by_key(|limit| limit.law);
     let printed = |limit: &DetectionLimit| {
-        let spec = limit.law.parameters.first();
+        let spec = limit.law.parameters_at(&limit.place).next();
         let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
-        spec.map_or((1.0, "-".to_owned()), |spec| subject.printed(spec, size))
+        spec.map_or((1.0, "-".to_owned()), |spec| subject.printed(&spec, size))
     };
     let shown = |limit: &DetectionLimit, value: Option<f64>, none: &str| {
         let shown = value.map(|value| significant(printed(limit).0 * value, 3));

@@ -92,9 +92,9 @@ impl DetectionLimitReport {
     fn at_place(subject: &Subject, limit: &DetectionLimit) -> Self {
         let stored = limit
             .law
-            .parameters
-            .first()
-            .map(|size| subject.stored(size));
+            .parameters_at(&limit.place)
+            .next()
+            .map(|size| subject.stored(&size));
         let (si, unit) = stored.unzip();
         let scaled = |size: f64| size / si.unwrap_or(1.0);
         let (reason, remedy) = limit.law.search.unseen_at_place;

@@ -37,13 +37,12 @@ pub struct KnownParameter {
 
 impl From<&KnownEffect> for KnownEffectReport {
     fn from(known: &KnownEffect) -> Self {
-        let parameters = known.given.law.parameters.iter();
-        let parameters = parameters.zip(&known.given.values).enumerate();
-        let parameters = parameters.map(|(place, (spec, &given))| {
+        let parameters = known.given.parameters().enumerate();
+        let parameters = parameters.map(|(place, (spec, given))| {
             let parameter = KnownParameter {
                 given,
-                before: FittedParameter::of_law(spec, &known.before[place]),
-                after: FittedParameter::of_law(spec, &known.after[place]),
+                before: FittedParameter::of_law(&spec, &known.before[place]),
+                after: FittedParameter::of_law(&spec, &known.after[place]),
             };
             (spec.name.into(), parameter)
         });

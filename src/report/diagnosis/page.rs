@@ -71,17 +71,20 @@ pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) 
 fn size(subject: &Subject, finding: &Finding) -> String {
     let law = finding.effect.law;
     let made = law.combination.as_ref().zip(finding.combination);
-    let first = law.parameters.first().zip(finding.values.first());
+    let first = law
+        .parameters_at(&finding.effect.place)
+        .zip(&finding.values)
+        .next();
     // Where another term grows with it the first alone is no size.
     let is_size = !law.parameters.iter().any(ParameterSpec::is_ratio) && !finding.spans_range;
     let at_place = match (made, first) {
         (Some((combination, value)), _) => {
-            let spec = &combination.spec;
-            let value = subject.with_unit(spec, value.value);
+            let spec = combination.spec.at(&finding.effect.place);
+            let value = subject.with_unit(&spec, value.value);
             Some(format!("{} {value}, ", spec.word))
         }
         (None, Some((spec, value))) if is_size => {
-            Some(format!("{}, ", subject.with_unit(spec, value.value)))
+            Some(format!("{}, ", subject.with_unit(&spec, value.value)))
         }
         _ => None,
     };
@@ -280,7 +283,7 @@ fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> Str
         let _ = write!(text, " {}", law.words.explanation);
     }
     for (spec, value) in finding.stated() {
-        let (factor, unit) = subject.printed(spec, value.value);
+        let (factor, unit) = subject.printed(&spec, value.value);
         let interval = value.interval_95().map(|ends| ends.map(|end| factor * end));
         let is_open = value.is_open();
         let words = open_interval(interval, is_open, 3);

@@ -444,7 +444,7 @@ impl FindingReport {
         let subject = &report.subject;
         let stated = finding.stated();
         let mut stated =
-            stated.map(|(spec, value)| (spec.name.into(), subject.fitted(spec, value)));
+            stated.map(|(spec, value)| (spec.name.into(), subject.fitted(&spec, value)));
         let parameters = stated.by_ref().take(finding.values.len()).collect();
         let in_table = subject.in_table(finding.end_effect_m);
         Self {

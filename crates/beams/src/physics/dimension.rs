@@ -20,9 +20,11 @@ pub enum Dimension {
     /// Compliance in rotation, rad/(N·m).
     RotationalCompliance,
     /// Quadratic compliance in rotation, rad/(N·m)².
-    QuadraticCompliance,
+    QuadraticRotationalCompliance,
     /// Compliance in translation, m/N.
     Compliance,
+    /// Quadratic compliance in translation, m/N².
+    QuadraticCompliance,
     /// A length, m.
     Length,
     /// A force, N.
@@ -72,12 +74,13 @@ impl Dimension {
             Self::RotationalCompliance => {
                 &[("rad/(N*m)", 1.0), ("mrad/(N*m)", 1e3), ("urad/(N*m)", 1e6)]
             }
-            Self::QuadraticCompliance => &[
+            Self::QuadraticRotationalCompliance => &[
                 ("rad/(N*m)^2", 1.0),
                 ("mrad/(N*m)^2", 1e3),
                 ("urad/(N*m)^2", 1e6),
             ],
             Self::Compliance => &[("m/N", 1.0), ("mm/N", 1e3), ("um/N", 1e6), ("nm/N", 1e9)],
+            Self::QuadraticCompliance => &[("m/N^2", 1.0), ("mm/N^2", 1e3), ("um/N^2", 1e6)],
             Self::Length => &[("m", 1.0), ("mm", 1e3), ("um", 1e6), ("nm", 1e9)],
             Self::Force => &[("N", 1.0), ("mN", 1e3), ("kN", 1e-3)],
             Self::LengthPerTime => &[
@@ -131,8 +134,9 @@ impl Dimension {
             Self::JointRotation => (1e3, "mrad"),
             Self::RotationalCompliance if size.abs() < 1e-3 => (1e6, "urad per N m"),
             Self::RotationalCompliance => (1e3, "mrad per N m"),
-            Self::QuadraticCompliance => (1e6, "urad per (N m)^2"),
+            Self::QuadraticRotationalCompliance => (1e6, "urad per (N m)^2"),
             Self::Compliance => (1e6, "um/N"),
+            Self::QuadraticCompliance => (1e6, "um/N^2"),
             Self::Length if size.abs() < 1e-3 => (1e6, "um"),
             Self::Length => (1e3, "mm"),
             Self::LengthPerTime => (6e7, "um/min"),
@@ -153,6 +157,18 @@ impl Dimension {
         }
     }
 
+    /// The same of a joint that slides: what is a rotation or a moment in one that turns is a displacement or a force.
+    #[must_use]
+    pub(super) fn of_slide(self) -> Self {
+        match self {
+            Self::JointRotation => Self::Length,
+            Self::Moment => Self::Force,
+            Self::RotationalCompliance => Self::Compliance,
+            Self::QuadraticRotationalCompliance => Self::QuadraticCompliance,
+            other => other,
+        }
+    }
+
     /// Powers of load, answer and time in a parameter of a force-displacement table without a robot, where a joint with a lever of one
     /// length unit stands for the specimen; `None` where the dimension has none of them.
     ///
@@ -166,7 +182,7 @@ impl Dimension {
             Self::RotationalCompliance | Self::Compliance | Self::AnswerPerDriver => {
                 Some([1, -1, 0])
             }
-            Self::QuadraticCompliance => Some([1, -2, 0]),
+            Self::QuadraticRotationalCompliance | Self::QuadraticCompliance => Some([1, -2, 0]),
             Self::AnswerPerDriverCubed => Some([1, -3, 0]),
             Self::PerForce | Self::PerDriver => Some([0, -1, 0]),
             Self::PerDriverSquared => Some([0, -2, 0]),

@@ -4,10 +4,11 @@ use std::fmt;
 
 use stiffbench_units_and_text::digits::significant;
 
-use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
+use crate::robot::{FittingFactors, JointMotion, ModelParameter, SpringAxis};
 
 use super::law::Law;
 use super::laws;
+use super::parameter::ParameterSpec;
 use super::place::Place;
 
 /// A law, where it acts, and its values in SI units, in the order of [`super::LawDefinition::parameters`].
@@ -82,6 +83,19 @@ pub enum EffectError {
         /// Those that it has.
         known: Vec<String>,
     },
+    /// Values of a joint that turns at one that slides, or the other way round.
+    #[error("{law} at {place}: the joint {motion}, and the units given are of one that does not")]
+    #[diagnostic(code(stiffbench::physics::motion), help("write {units}"))]
+    Motion {
+        /// The law.
+        law: Law,
+        /// The place, as the units tell it.
+        place: Place,
+        /// How the joint moves.
+        motion: JointMotion,
+        /// The parameters with the units that they have there.
+        units: String,
+    },
     /// A mistake of the robot file where the file itself is to be right.
     #[error("{law} at {place} is a mistake in the robot file, not an additional effect")]
     #[diagnostic(
@@ -122,6 +136,9 @@ impl Effect {
     pub fn of_spring(spring: &ModelParameter, compliance: f64) -> Option<Self> {
         let (law, place) = match spring {
             ModelParameter::Joint(name) => (laws::JOINT_COMPLIANCE, Place::Joint(name.to_string())),
+            ModelParameter::JointAlong(name) => {
+                (laws::JOINT_COMPLIANCE, Place::Slide(name.to_string()))
+            }
             ModelParameter::JointAbout(name, axis) => {
                 let (joint, axis) = (name.to_string(), *axis);
                 let place = Place::AcrossJoint { joint, axis };
@@ -144,6 +161,9 @@ impl Effect {
         let spring = match &self.place {
             Place::Joint(name) if self.law == laws::JOINT_COMPLIANCE => {
                 ModelParameter::Joint(name.as_str().into())
+            }
+            Place::Slide(name) if self.law == laws::JOINT_COMPLIANCE => {
+                ModelParameter::JointAlong(name.as_str().into())
             }
             Place::Axis(axis) if self.law == laws::BASE_COMPLIANCE => {
                 ModelParameter::Base(SpringAxis::about(*axis))
@@ -193,7 +213,7 @@ impl Effect {
                 given: values.len(),
             });
         }
-        for (parameter, &value) in parameters.iter().zip(&values) {
+        for (parameter, &value) in law.parameters_at(&place).zip(&values) {
             if !parameter.sign.allows(value) {
                 return Err(EffectError::Impossible {
                     law,
@@ -205,6 +225,12 @@ impl Effect {
             }
         }
         Ok(Self { law, place, values })
+    }
+
+    /// Its parameters as they are at its place, each with its value, SI.
+    pub fn parameters(&self) -> impl Iterator<Item = (ParameterSpec, f64)> {
+        let values = self.values.iter().copied();
+        self.law.parameters_at(&self.place).zip(values)
     }
 
     /// The law and its place in words: "joint-backlash at joint A3".
@@ -230,8 +256,8 @@ impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.title())?;
         let mut separator = ": ";
-        for (parameter, value) in self.law.parameters.iter().zip(&self.values) {
-            let (factor, unit) = parameter.dimension.printed(*value);
+        for (parameter, value) in self.parameters() {
+            let (factor, unit) = parameter.dimension.printed(value);
             let value = significant(factor * value, 4);
             write!(f, "{separator}{} = {value} {unit}", parameter.name)?;
             separator = ", ";

@@ -45,15 +45,15 @@ struct EffectParameter {
 }
 
 impl From<Effect> for EffectObject {
-    fn from(Effect { law, place, values }: Effect) -> Self {
-        let parameters = law.parameters.iter().zip(values).map(|(parameter, value)| {
+    fn from(effect: Effect) -> Self {
+        let parameters = effect.parameters().map(|(parameter, value)| {
             let unit = parameter.unit().into();
             (parameter.name.into(), EffectParameter { value, unit })
         });
         Self {
-            physics: law,
-            place,
             parameters: parameters.collect(),
+            physics: effect.law,
+            place: effect.place,
         }
     }
 }

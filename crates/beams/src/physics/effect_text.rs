@@ -14,6 +14,7 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
+use indexmap::IndexSet;
 use stiffbench_units_and_text::nearest::nearest;
 
 use super::effect::{Effect, EffectError};
@@ -284,13 +285,15 @@ pub(super) fn with_parameters(
 ) -> Result<Effect, EffectProblem> {
     let mut first_problem = None;
     let laws = &laws_at(laws, &place);
-    for &law in laws {
-        match values(law, given) {
-            Ok(values) => return Ok(Effect::new(law, place, values)?),
+    let meant: Vec<Place> = place.meant().collect();
+    let of_place = |place| laws.iter().map(move |law| (place, *law));
+    for (place, law) in meant.iter().flat_map(of_place) {
+        match values(law, place, given) {
+            Ok(values) => return Ok(Effect::new(law, place.clone(), values)?),
             // Of a law that has all these parameters it is the number or the unit that is wrong.
             Err(problem) => {
                 let is_other_law = matches!(problem, EffectProblem::UnknownParameter { .. });
-                let problem = with_units_of_all(problem, laws);
+                let problem = with_units_of_all(problem, laws, &meant);
                 first_problem = first_problem.filter(|(other, _)| is_other_law || !other);
                 first_problem.get_or_insert((is_other_law, problem));
             }
@@ -302,13 +305,13 @@ pub(super) fn with_parameters(
     Err(first_problem.map_or_else(nothing, |(_, problem)| problem))
 }
 
-fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProblem> {
+fn values(law: Law, place: &Place, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProblem> {
     let mut values = Vec::new();
     for ParameterSpec {
         name, dimension, ..
-    } in law.parameters
+    } in law.parameters_at(place)
     {
-        let mut of_name = given.iter().filter(|(given, ..)| given == name);
+        let mut of_name = given.iter().filter(|(given, ..)| *given == name);
         let &(_, number, given_unit) = of_name.next().ok_or(EffectProblem::Missing {
             law,
             name,
@@ -337,15 +340,18 @@ fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProbl
 }
 
 /// Adds the units of the other laws of the name to those that are possible.
-fn with_units_of_all(problem: EffectProblem, laws: &[Law]) -> EffectProblem {
+fn with_units_of_all(problem: EffectProblem, laws: &[Law], meant: &[Place]) -> EffectProblem {
     let EffectProblem::Unit { name, unit, .. } = problem else {
         return problem;
     };
-    let specs = laws.iter().flat_map(|law| law.parameters);
-    let units: Vec<String> = specs
+    let at = |place| laws.iter().flat_map(move |law| law.parameters_at(place));
+    let specs = meant.iter().flat_map(at);
+    let accepted = specs
         .filter(|spec| spec.name == name)
-        .map(|spec| spec.dimension.accepted())
-        .collect();
+        .map(|spec| spec.dimension.accepted());
+    // Two laws of a name may have a parameter in common, and so may a hinge and a slide.
+    let units: IndexSet<String> = accepted.collect();
+    let units: Vec<String> = units.into_iter().collect();
     let accepted = units.join(", ");
     EffectProblem::Unit {
         name,
@@ -360,7 +366,7 @@ impl Effect {
     pub fn compact(&self) -> String {
         let mut text = format!("{}@{}", self.law, self.place.compact());
         let mut separator = ':';
-        for (parameter, value) in self.law.parameters.iter().zip(&self.values) {
+        for (parameter, value) in self.parameters() {
             let _ = write!(
                 text,
                 "{separator}{}={value:?} {}",

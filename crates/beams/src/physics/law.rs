@@ -200,6 +200,11 @@ impl Law {
         )
     }
 
+    /// Its parameters as they are at a place.
+    pub fn parameters_at(self, place: &Place) -> impl Iterator<Item = ParameterSpec> {
+        self.parameters.iter().map(move |spec| spec.at(place))
+    }
+
     /// Whether the law sits in one joint.
     #[must_use]
     pub fn is_of_a_joint(self) -> bool {

@@ -86,6 +86,7 @@ impl EffectScope {
             },
             Place::DisplacementGauge(Some(axis)) | Place::Clock(Some(axis)) => Self::Gauge(*axis),
             Place::Joint(_)
+            | Place::Slide(_)
             | Place::AcrossJoint { .. }
             | Place::Tool(_)
             | Place::Axis(_)
@@ -170,10 +171,10 @@ impl LawSet {
         effect: &Effect,
     ) -> Result<(), EffectError> {
         let mut place = None;
-        if let Place::Joint(name) = &effect.place {
+        if let Some(name) = effect.place.joint() {
             let named = |joint: &usize| robot.joints[*joint].name == *name;
             place = joints.iter().position(named);
-            if place.is_none() {
+            let Some(there) = place else {
                 return Err(EffectError::Unknown {
                     place: effect.place.clone(),
                     mechanism: mechanism.name.clone(),
@@ -182,6 +183,20 @@ impl LawSet {
                         .iter()
                         .map(|&joint| robot.joints[joint].name.clone())
                         .collect(),
+                });
+            };
+            let motion = robot.joints[joints[there]].motion;
+            let moved = Place::of_joint(name, motion);
+            if moved != effect.place {
+                let units = effect.law.parameters_at(&moved).map(|spec| {
+                    let (name, unit) = (spec.name, spec.unit());
+                    format!("{name} in {unit}")
+                });
+                return Err(EffectError::Motion {
+                    law: effect.law,
+                    place: effect.place.clone(),
+                    motion,
+                    units: units.collect::<Vec<_>>().join(", "),
                 });
             }
         }

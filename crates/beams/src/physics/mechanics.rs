@@ -1,5 +1,6 @@
 //! The robot in the poses of a session, reduced to what the laws need.
 
+use super::place::Place;
 use crate::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, MultiPosePredictor,
     Pose, Predictor, Robot, RobotError, SpringAxis, Theory,
@@ -490,11 +491,10 @@ impl<'a> Mechanics<'a> {
         &mut self.poses[pose].mechanics
     }
 
-    /// Names of the joints, in the order of the levers.
-    pub fn joint_names(&self) -> impl Iterator<Item = &'a str> {
-        self.joints
-            .iter()
-            .map(|&joint| self.robot.joints[joint].name.as_str())
+    /// The joints, in the order of the levers.
+    pub fn joints(&self) -> impl Iterator<Item = Place> {
+        let joints = self.joints.iter().map(|&joint| &self.robot.joints[joint]);
+        joints.map(|joint| Place::of_joint(&joint.name, joint.motion))
     }
 
     /// The robot.

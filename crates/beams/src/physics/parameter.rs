@@ -1,6 +1,7 @@
 //! Parameters of laws: which values they may have, where a fit starts, how it moves them.
 
 use super::dimension::Dimension;
+use super::place::Place;
 use super::search::PlaceScale;
 
 /// Which values physics allows.
@@ -115,6 +116,18 @@ impl ParameterSpec {
     #[must_use]
     pub fn unit(&self) -> &'static str {
         self.dimension.unit()
+    }
+
+    /// The parameter of the law at a place: of a joint that slides in units of translation.
+    #[must_use]
+    pub fn at(&self, place: &Place) -> Self {
+        match place {
+            Place::Slide(_) => Self {
+                dimension: self.dimension.of_slide(),
+                ..*self
+            },
+            _ => *self,
+        }
     }
 
     /// Whether a fit moves it by derivatives.

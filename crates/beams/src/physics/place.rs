@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
-use crate::robot::{ModelParameter, SpringAxis};
+use crate::robot::{JointMotion, ModelParameter, SpringAxis};
 use crate::structure::Property;
 
 use super::place_object::PlaceObject;
@@ -238,8 +238,10 @@ fn gauge_behind(text: &str, mark: char) -> (&str, Option<Direction>) {
 )]
 #[serde(into = "PlaceObject", try_from = "PlaceObject")]
 pub enum Place {
-    /// A joint of the robot, by name.
+    /// A joint of the robot that turns, by name.
     Joint(String),
+    /// A joint of the robot that slides, by name: laws of joints act along it, in units of translation.
+    Slide(String),
     /// An axis of a joint's frame across the joint's own.
     AcrossJoint {
         /// The joint.
@@ -316,6 +318,33 @@ fn property(name: &str) -> Option<Property> {
 }
 
 impl Place {
+    /// A joint as it moves.
+    #[must_use]
+    pub fn of_joint(name: &str, motion: JointMotion) -> Self {
+        match motion {
+            JointMotion::Turns => Self::Joint(name.to_owned()),
+            JointMotion::Slides => Self::Slide(name.to_owned()),
+        }
+    }
+
+    /// The joint in which a law sits there; `None` of places that are no joint's own motion.
+    #[must_use]
+    pub fn joint(&self) -> Option<&str> {
+        match self {
+            Self::Joint(name) | Self::Slide(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The places that the writing of one may mean: a joint turns or slides, which the units of the parameters beside it decide.
+    pub(super) fn meant(self) -> impl Iterator<Item = Self> {
+        let slide = match &self {
+            Self::Joint(name) => Some(Self::Slide(name.clone())),
+            _ => None,
+        };
+        std::iter::once(self).chain(slide)
+    }
+
     /// Name of the joint that stands for a part without a robot file.
     pub const PART: &str = "specimen";
 
@@ -335,7 +364,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Joint(joint) if joint == Self::PART => f.write_str("the part"),
-            Self::Joint(joint) => write!(f, "joint {joint}"),
+            Self::Joint(joint) | Self::Slide(joint) => write!(f, "joint {joint}"),
             Self::AcrossJoint { joint, axis } => {
                 write!(f, "joint {joint}, about {axis} of its frame")
             }
@@ -397,7 +426,7 @@ impl Place {
     #[must_use]
     pub fn kind(&self) -> PlaceKind {
         match self {
-            Self::Joint(_) => PlaceKind::Joint,
+            Self::Joint(_) | Self::Slide(_) => PlaceKind::Joint,
             Self::AcrossJoint { .. } => PlaceKind::AcrossJoint,
             Self::Tool(axis) if axis.turns() => PlaceKind::ToolAbout,
             Self::Tool(_) => PlaceKind::ToolAlong,
@@ -433,7 +462,9 @@ impl Place {
     #[must_use]
     pub fn compact(&self) -> String {
         match self {
-            Self::Joint(name) | Self::Element(name) | Self::Mechanism(name) => name.clone(),
+            Self::Joint(name) | Self::Slide(name) | Self::Element(name) | Self::Mechanism(name) => {
+                name.clone()
+            }
             Self::Length { body, entry } => format!("{body}.{entry}"),
             Self::JointAngle { joint, pose: None } => joint.clone(),
             Self::JointAngle {

@@ -99,7 +99,7 @@ pub(super) struct RunObject {
 impl From<Place> for PlaceObject {
     fn from(place: Place) -> Self {
         match place {
-            Place::Joint(joint) => Self::Joint { joint, pose: None },
+            Place::Joint(joint) | Place::Slide(joint) => Self::Joint { joint, pose: None },
             Place::JointAngle { joint, pose } => Self::Joint { joint, pose },
             Place::AcrossJoint { joint, axis } => Self::AcrossJoint { joint, axis },
             Place::Tool(axis) => Self::Tool { tool: axis },

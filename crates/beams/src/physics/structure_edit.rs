@@ -55,6 +55,8 @@ impl FileSuspects {
         let all = ModelParameter::all(robot, mechanism).into_iter();
         let springs = all.filter(|spring| !spring.is_beside_structure() && !free.contains(spring));
         let springs = springs.filter_map(|spring| Effect::of_spring(&spring, 0.0));
+        // That of a slide along its axis is a law in its joint.
+        let springs = springs.filter(|effect| effect.spring_of_structure().is_some());
         places.extend(springs.map(|effect| (effect.law, effect.place)));
         Self { lengths, places }
     }

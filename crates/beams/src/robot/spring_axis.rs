@@ -28,6 +28,15 @@ impl JointMotion {
     }
 }
 
+impl fmt::Display for JointMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Turns => "turns",
+            Self::Slides => "slides",
+        })
+    }
+}
+
 /// One of six springs in series: along an axis, m/N, or about it, rad/(N·m).
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,

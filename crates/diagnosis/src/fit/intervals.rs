@@ -259,9 +259,17 @@ pub(super) fn all_minima(
         ..*problem
     };
     let mut beams = JointProblem::new(&beams, joint.parameters())?;
-    let of_beams = minima(&mut beams, set, spread, &refits)?;
-    let starts = of_beams.into_iter().map(|fit| fit.free_values);
-    Ok(minima(joint, set, starts, &refits)?)
+    Ok(match minima(&mut beams, set, spread, &refits) {
+        Ok(of_beams) => {
+            let starts = of_beams.into_iter().map(|fit| fit.free_values);
+            minima(joint, set, starts, &refits)?
+        }
+        // Where the physics is all that yields.
+        Err(LeastSquaresError::StartHasNoValue { .. }) => {
+            minima(joint, set, std::iter::empty(), &refits)?
+        }
+        Err(error) => return Err(error.into()),
+    })
 }
 
 /// Whether, at both ends of the interval of a parameter of a linear model, all parameters stay within their bounds.

@@ -1,6 +1,6 @@
 //! How large the compliance of a spring may plausibly be: by what it adds to measured displacements.
 
-use stiffbench_beams::physics::{Mechanics, PlaceScale};
+use stiffbench_beams::physics::{Effect, Mechanics, PlaceScale};
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Robot, RobotError,
 };
@@ -79,9 +79,8 @@ impl SpringScales {
         }
         predictor.solve(&rigid, true)?;
         let scale = |(place, spring): (usize, &ModelParameter)| {
-            let joint = mechanics
-                .joint_names()
-                .position(|name| *spring == ModelParameter::Joint(name.into()));
+            let own = Effect::of_spring(spring, 0.0).map(|effect| effect.place);
+            let joint = mechanics.joints().position(|place| Some(place) == own);
             // That in the cell that shows the spring best.
             let (mut most, mut scale) = (0.0, PlaceScale::default());
             for cell in cells {

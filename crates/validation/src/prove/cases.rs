@@ -29,7 +29,7 @@ const IN_RUNS: usize = 12;
 
 /// What is known of a joint under the loads of a plan.
 struct JointView {
-    name: String,
+    place: Place,
     largest_moment_nm: f64,
     is_open: bool,
 }
@@ -60,9 +60,9 @@ pub(super) fn testable(
         .iter()
         .filter(|limit| limit.law == law)
         .filter_map(|limit| Some((limit.size_80?, limit.place.clone())))
-        .filter(|(_, place)| match place {
-            Place::Joint(name) => joints.iter().any(|j| j.name == *name && j.is_open == open),
-            _ => true,
+        .filter(|(_, place)| {
+            let mut here = joints.iter().filter(|joint| joint.place == *place);
+            place.joint().is_none() || here.any(|joint| joint.is_open == open)
         })
         .collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -74,13 +74,10 @@ pub(super) fn testable(
         .into_iter()
         .map(|place| {
             let place = places[place].1.clone();
-            let moment = match &place {
-                Place::Joint(name) => joints
-                    .iter()
-                    .find(|joint| joint.name == *name)
-                    .map_or(1.0, |joint| joint.largest_moment_nm),
-                _ => 1.0,
-            };
+            let moment = joints
+                .iter()
+                .find(|joint| joint.place == place)
+                .map_or(1.0, |joint| joint.largest_moment_nm);
             Ok(Effect::new(law, place, small_values(law, moment))?)
         })
         .collect()
@@ -210,10 +207,10 @@ fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
         .map(|load| load.force_n.abs())
         .fold(0.0, f64::max);
     Ok(solver
-        .joint_names()
+        .joints()
         .into_iter()
         .enumerate()
-        .map(|(joint, name)| {
+        .map(|(joint, place)| {
             let (mut moment, mut share, mut is_open) = (0.0_f64, 0.0, false);
             for cell in &bench.plan.cells {
                 let axis = Direction::index(cell.axis());
@@ -227,7 +224,7 @@ fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
                 }
             }
             JointView {
-                name,
+                place,
                 largest_moment_nm: moment,
                 is_open,
             }

@@ -42,7 +42,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
         ParameterSpec {
             name: "seat_moment",
-            word: "seat moment",
+            word: "breakaway load",
             dimension: Dimension::Moment,
             sign: SignConstraint::Positive,
             plausible: PlausibleRange {
@@ -74,7 +74,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("play in {at}"),
         heading: |place| format!("play in {place}"),
-        explanation: "Once the load on the joint exceeds the seat moment, the joint moves freely through its play; then it carries load again.",
+        explanation: "Once the load on the joint exceeds its breakaway load, the joint moves freely through its play; then it carries load again.",
     },
     check: Some(ACROSS_THE_JOINT),
 };

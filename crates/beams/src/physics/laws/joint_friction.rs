@@ -23,7 +23,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         COMPLIANCE,
         ParameterSpec {
             name: "friction_moment",
-            word: "friction moment",
+            word: "friction",
             dimension: Dimension::Moment,
             sign: SignConstraint::Positive,
             plausible: PlausibleRange {
@@ -55,7 +55,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     words: LawWording {
         phrase: |at, _| format!("friction in {at}"),
         heading: |place| format!("friction in {place}"),
-        explanation: "The joint sticks until the load on it exceeds the friction moment, then gives way like a spring; when the load is taken \
+        explanation: "The joint sticks until the load on it exceeds its friction, then gives way like a spring; when the load is taken \
                       off it sticks again, so that loading and unloading differ.",
     },
     check: Some(ACROSS_THE_JOINT),

@@ -26,7 +26,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "q",
             word: "quadratic part",
-            dimension: Dimension::QuadraticCompliance,
+            dimension: Dimension::QuadraticRotationalCompliance,
             sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: plausible_ratio,

@@ -196,8 +196,7 @@ fn effect(table: &TomlTable<'_>) -> ModelRead<FoundEffect> {
     })?;
     let uncertainties = effect
         .law
-        .parameters
-        .iter()
+        .parameters_at(&effect.place)
         .map(|spec| {
             let value = written.iter().find(|value| value.name == spec.name);
             value.map_or(Ok(ParameterUncertainty::default()), |value| {

@@ -66,7 +66,7 @@ fn push_effect(text: &mut String, array: &str, found: &FoundEffect) {
     if let Some(group) = found.alternative_group {
         let _ = writeln!(text, "alternative_group = {group}");
     }
-    for (index, (spec, value)) in effect.law.parameters.iter().zip(&effect.values).enumerate() {
+    for (index, (spec, value)) in effect.parameters().enumerate() {
         let known = found.uncertainties.get(index).copied();
         let _ = writeln!(
             text,

@@ -10,7 +10,7 @@ mod whole;
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{
-    ActingPhysics, EffectError, JointRotations, LoadPoint, Mechanics, Place, RunLoads,
+    ActingPhysics, EffectError, JointRotations, LoadPoint, Mechanics, RunLoads,
 };
 use stiffbench_beams::robot::{
     FittingFactors, JointModel, Keep, Mechanism, MechanismModel, Pose, PoseBundles, PoseSweep,
@@ -424,14 +424,14 @@ impl<'m, 'a> SinglePoseSolver<'m, 'a> {
 fn yielding_joints(robot: &Robot, physics: &ActingPhysics) -> JointModel {
     let mut compliances: Vec<(usize, f64)> = Vec::new();
     for effect in &physics.effects {
-        let Place::Joint(name) = &effect.place else {
+        let Some(name) = effect.place.joint() else {
             continue;
         };
         if effect.law.is_nonlinear_joint() {
             continue;
         }
         let (Some(joint), Some(&c)) = (
-            robot.joints.iter().position(|joint| joint.name == *name),
+            robot.joints.iter().position(|joint| joint.name == name),
             effect.values.first(),
         ) else {
             continue;

@@ -76,8 +76,8 @@ pub trait Baseline: Sync {
         false
     }
 
-    /// Names of the joints, in the order of the levers.
-    fn joints(&self) -> &[String];
+    /// The joints, in the order of the levers.
+    fn joints(&self) -> &[Place];
 
     /// Axes about which its base may rock; none of a part on a bench.
     fn rocking_axes(&self) -> Vec<Direction> {
@@ -169,8 +169,8 @@ pub trait PoseSolver: Send {
     /// What is known of a pose.
     fn pose(&self, pose: usize) -> &PoseMechanics;
 
-    /// Index of the joint of the full structure among the levers of this one; `None` if it has gone with a member.
-    fn joint_names(&self) -> Vec<String>;
+    /// The joints of this structure, in the order of its levers; one may have gone with a member.
+    fn joints(&self) -> Vec<Place>;
 }
 
 /// Standard deviations of the parameters as known beforehand, in their units.

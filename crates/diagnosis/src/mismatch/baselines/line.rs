@@ -20,7 +20,7 @@ use crate::search::largest;
 #[derive(Debug, Clone)]
 pub struct Line {
     parameters: Vec<BaselineParameter>,
-    joints: Vec<String>,
+    joints: Vec<Place>,
     /// What answers without a load: readings count from there.
     pub(crate) zero: f64,
 }
@@ -69,7 +69,7 @@ impl Line {
         };
         Self {
             parameters: slopes.map(parameter).collect(),
-            joints: vec![Place::PART.to_owned()],
+            joints: vec![Place::Joint(Place::PART.to_owned())],
             zero,
         }
     }
@@ -198,13 +198,13 @@ impl Baseline for Line {
         }))
     }
 
-    fn joints(&self) -> &[String] {
+    fn joints(&self) -> &[Place] {
         &self.joints
     }
 }
 
 struct LineSolver<'a> {
-    joints: &'a [String],
+    joints: &'a [Place],
     poses: Vec<PoseMechanics>,
 }
 
@@ -228,7 +228,7 @@ impl PoseSolver for LineSolver<'_> {
         &self.poses[pose]
     }
 
-    fn joint_names(&self) -> Vec<String> {
+    fn joints(&self) -> Vec<Place> {
         self.joints.to_vec()
     }
 }

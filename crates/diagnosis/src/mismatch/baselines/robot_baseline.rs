@@ -43,7 +43,7 @@ pub struct RobotBaseline<'a> {
     parameters: Vec<BaselineParameter>,
     /// The free springs as effects, of any size.
     springs: Vec<Effect>,
-    joints: Vec<String>,
+    joints: Vec<Place>,
     unloaded: Vec<ModelParameter>,
     /// A tracker: where it stands, and which point of the tool it measures, is free, and own weight moves the tool.
     tracked: Option<TrackedPoses>,
@@ -162,7 +162,7 @@ impl<'a> RobotBaseline<'a> {
         let joints = mechanism
             .joints(robot)
             .into_iter()
-            .map(|joint| robot.joints[joint].name.clone())
+            .map(|joint| Place::of_joint(&robot.joints[joint].name, robot.joints[joint].motion))
             .collect();
         let mut mechanisms = vec![(VariantKey::default(), mechanism.clone())];
         for &member in &mechanism.members {
@@ -451,7 +451,7 @@ impl Baseline for RobotBaseline<'_> {
         of_group.any(|(parameter, value)| property.is_none() || !parameter.is_at_bound(*value))
     }
 
-    fn joints(&self) -> &[String] {
+    fn joints(&self) -> &[Place] {
         &self.joints
     }
 

@@ -264,8 +264,8 @@ impl PoseSolver for RobotSolver<'_> {
         }
     }
 
-    fn joint_names(&self) -> Vec<String> {
-        self.mechanics.joint_names().map(str::to_owned).collect()
+    fn joints(&self) -> Vec<Place> {
+        self.mechanics.joints().collect()
     }
 }
 

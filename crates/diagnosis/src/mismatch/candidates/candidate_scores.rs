@@ -100,7 +100,7 @@ impl Scratch {
 
     /// Makes ready for candidates at a place.
     fn go_to(&mut self, changes: &Changes<'_>, place: &Place) {
-        if !matches!(place, Place::Joint(_)) {
+        if place.joint().is_none() {
             self.path = None;
             self.joint = None;
         } else if self.joint.as_ref() != Some(place) {

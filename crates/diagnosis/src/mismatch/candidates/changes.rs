@@ -242,10 +242,7 @@ impl<'a> Changes<'a> {
     /// The path of loads as a joint meets it, on which all laws at that joint are followed; `None` where they have to be solved together
     /// with the others, and for a place that is no joint of the structure.
     pub(crate) fn path(&self, place: &Place) -> Option<JointPath> {
-        let Place::Joint(name) = place else {
-            return None;
-        };
-        let joint = self.linearised.joint(name)?;
+        let joint = self.linearised.joint(place)?;
         let observations = self.observations;
         let mut path = JointPath::default();
         let adds = observations.runs.iter().enumerate().all(|(index, run)| {
@@ -277,7 +274,9 @@ mod tests {
                 influence,
                 ..PoseMechanics::default()
             }],
-            joints: vec!["A3".to_owned(), "A4".to_owned()],
+            joints: ["A3", "A4"]
+                .map(|name| Place::Joint(name.to_owned()))
+                .to_vec(),
             rocking_axes: Vec::new(),
             columns: Arc::default(),
         }

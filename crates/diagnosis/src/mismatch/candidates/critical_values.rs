@@ -151,7 +151,7 @@ enum ShapeGroup {
 impl ShapeGroup {
     fn of(candidate: &Candidate) -> Self {
         match &candidate.place {
-            joint @ Place::Joint(_) => Self::Place(joint.clone()),
+            joint @ (Place::Joint(_) | Place::Slide(_)) => Self::Place(joint.clone()),
             Place::Run {
                 pose,
                 direction,

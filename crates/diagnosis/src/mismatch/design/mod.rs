@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with every law solved in the structure itself, along the planned loads, holds and clock. Below J = 3 the pair cannot be distinguished,
-//! from J = 5 on it will be. The rival may take any size and any course (seat, friction moment, time constant) that physics allows it;
+//! from J = 5 on it will be. The rival may take any size and any course (breakaway load, friction, time constant) that physics allows it;
 //! the smaller of the two directions counts.
 
 mod advice;

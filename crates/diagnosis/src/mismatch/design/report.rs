@@ -116,8 +116,9 @@ pub fn design_of_plan(
             .map(|(view, mut rivals)| {
                 rivals.truncate(NEAREST);
                 let suspect = suspect(view.candidate);
+                let size = suspect.law.parameters_at(&suspect.place).next();
                 LawDesign {
-                    unit: (suspect.law.parameters.first()).map(|spec| spec.unit().into()),
+                    unit: size.map(|spec| spec.unit().into()),
                     suspect,
                     size_80: view.size(view.scale_80),
                     standard_error_m: view.shape.peak_m / view.shape.square.sqrt(),

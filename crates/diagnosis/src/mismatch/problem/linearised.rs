@@ -13,7 +13,7 @@ use crate::search::{largest, subtract};
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LinearisedModel {
     pub(crate) poses: Vec<PoseMechanics>,
-    pub(crate) joints: Vec<String>,
+    pub(crate) joints: Vec<Place>,
     /// Axes about which the base may rock.
     pub(crate) rocking_axes: Vec<Direction>,
     /// What mistakes of the robot file would change.
@@ -71,8 +71,8 @@ impl LinearisedModel {
         Some(changed)
     }
 
-    pub(crate) fn joint(&self, name: &str) -> Option<usize> {
-        self.joints.iter().position(|joint| joint == name)
+    pub(crate) fn joint(&self, place: &Place) -> Option<usize> {
+        self.joints.iter().position(|joint| joint == place)
     }
 }
 
@@ -98,16 +98,16 @@ pub(crate) fn end_effect_m(
 
 /// The laws of effects, and the joints that they turn; `None` if one sits in a joint that is not there.
 pub(crate) fn law_set<'e>(
-    joints: &[String],
+    joints: &[Place],
     effects: impl IntoIterator<Item = &'e Effect>,
 ) -> Option<(LawSet, Vec<usize>)> {
     let mut set = LawSet::default();
     let mut turning = Vec::new();
     let acting = effects.into_iter();
     for effect in acting.filter(|effect| !effect.law.changes_structure()) {
-        let joint = match &effect.place {
-            Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),
-            _ => None,
+        let joint = match effect.place.joint() {
+            Some(_) => Some(joints.iter().position(|joint| *joint == effect.place)?),
+            None => None,
         };
         turning.extend(joint);
         set.push(effect, joint);

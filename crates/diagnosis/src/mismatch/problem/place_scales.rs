@@ -68,9 +68,9 @@ impl PlaceScales {
         match kind {
             PlaceKind::Joint => {
                 let joints = linearised.joints.iter().enumerate();
-                let of_joint = |(joint, name): (usize, &String)| {
+                let of_joint = |(joint, place): (usize, &Place)| {
                     let scale = joint_scale(&session, observations, linearised, joint);
-                    with(Place::Joint(name.clone()), scale)
+                    with(place.clone(), scale)
                 };
                 let mut found: Vec<(Place, PlaceScale)> = joints.filter_map(of_joint).collect();
                 retain_loaded(&mut found);
@@ -209,16 +209,55 @@ fn joint_scale(
         }
     }
     let (share, lever, stiffness, compliance) = best?;
-    if !(share.is_finite() && share > 0.0) {
+    if share.is_nan() || share <= 0.0 {
         return None;
     }
     let is_open = lever * lever > OPEN_LOOP * compliance * stiffness.abs();
-    Some(PlaceScale {
+    let scale = PlaceScale {
         compliance: 1.0 / share,
         moment_nm,
         loop_nm_per_rad: if is_open { 0.0 } else { stiffness.abs() },
         ..*session
+    };
+    // A structure that is all but rigid there is no measure of what the joint may be.
+    let as_measured = measured_compliance(observations, poses, joint);
+    let [_, softest] = scale.plausible_compliance();
+    let compliance = if is_open && as_measured > softest {
+        as_measured
+    } else {
+        scale.compliance
+    };
+    (compliance > 0.0).then_some(PlaceScale {
+        compliance,
+        ..scale
     })
+}
+
+/// Compliance of a joint that would give all that was measured in the cell in which it shows best, rad/(N·m) or m/N; zero without readings under a
+/// load.
+fn measured_compliance(observations: &Observations, poses: &LinearisedModel, joint: usize) -> f64 {
+    let shown = observations.cells.iter().map(|cell| {
+        let lever = poses.poses[cell.pose].influence.levers[joint];
+        (cell.lever_product(lever).abs(), cell)
+    });
+    let best = shown.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or(0.0, |(product, cell)| {
+        let readings = cell.readings.clone();
+        let displacements = readings.clone().map(|one| observations.displacement_m[one]);
+        let forces = span(readings.map(|one| observations.loads[one].force_n)) * product;
+        if forces > 0.0 {
+            span(displacements) / forces
+        } else {
+            0.0
+        }
+    })
+}
+
+/// From the least value to the largest, of one value from zero.
+fn span(values: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let zero = (values.len() == 1).then_some(0.0);
+    let all = values.chain(zero);
+    all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
 }
 
 /// A spring of the structure as the loads of a session see it; `None` if they do not act on it.

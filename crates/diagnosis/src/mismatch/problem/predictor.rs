@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use stiffbench_beams::physics::{Effect, JointRotations, PoseMechanics};
+use stiffbench_beams::physics::{Effect, JointRotations, Place, PoseMechanics};
 
 use super::linearised::{LinearisedModel, law_set};
 use crate::mismatch::baselines::{Baseline, PoseSolver};
@@ -85,7 +85,7 @@ impl<'a> ReadingPredictor<'a> {
         let Some((_, solver)) = self.solver(effects)? else {
             return Ok(());
         };
-        if let Some((_, turning)) = law_set(&solver.joint_names(), effects) {
+        if let Some((_, turning)) = law_set(&solver.joints(), effects) {
             solver.solve_for(parameters, &turning)?;
             self.held = Some((0..count).map(|pose| solver.pose(pose).clone()).collect());
         }
@@ -148,10 +148,10 @@ impl<'a> ReadingPredictor<'a> {
             return Ok(false);
         };
         let names;
-        let joints: &[String] = if variant == 0 {
+        let joints: &[Place] = if variant == 0 {
             baseline.joints()
         } else {
-            names = solver.joint_names();
+            names = solver.joints();
             &names
         };
         let Some((laws, turning)) = law_set(joints, effects) else {
@@ -267,7 +267,7 @@ impl<'a> ReadingPredictor<'a> {
         let poses = (0..count).map(|pose| solver.pose(pose).clone()).collect();
         Ok(LinearisedModel {
             poses,
-            joints: solver.joint_names(),
+            joints: solver.joints(),
             rocking_axes: self.baseline.rocking_axes(),
             columns: Arc::default(),
         })

@@ -1,6 +1,6 @@
 //! Baseline and effects fitted together to the readings, in the white space of one noise.
 
-use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec, Place};
+use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec};
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit, LeastSquaresSettings,
     Parameter, ParameterRole, ParameterSet, ProfileEnd, ProfileSettings, ResidualFunction,
@@ -97,7 +97,7 @@ impl WeightedFit<'_> {
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,
     ) -> Option<FittedModel> {
-        let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
+        let in_a_joint = |effect: &Effect| effect.place.joint().is_some();
         let warm_start = self
             .warm_start
             .filter(|_| start.effects.iter().any(in_a_joint));
@@ -562,7 +562,7 @@ pub(crate) fn step_of(effect: &Effect, value: usize, scales: &PlaceScales) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiffbench_beams::physics::laws;
+    use stiffbench_beams::physics::{Place, laws};
 
     fn nonlinear(values: [f64; 2]) -> Effect {
         Effect {

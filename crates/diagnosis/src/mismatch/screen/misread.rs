@@ -392,7 +392,8 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
     let seen = (changed.len() as f64).min(dof);
     let lengthened = chosen.mistake.lengthened(likelihood.scale);
     let near = (chosen.fit.squares - of_others).max(seen * variance);
-    let far = (lengthened * (before.squares - of_others)).max(near);
+    // In the unit of the corrected values too.
+    let far = (lengthened.powi(2) * (before.squares - of_others)).max(near);
     let by_coincidence = chosen.mistake.alike() * (near / far).powf(0.5 * seen);
     let p = chance(before.squares, chosen.fit.squares);
     if p > BAD_READING_LEVEL || by_coincidence > BY_COINCIDENCE {

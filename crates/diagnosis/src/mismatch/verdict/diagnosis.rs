@@ -57,11 +57,11 @@ pub struct Finding {
 
 impl Finding {
     /// What is stated of the effect: the values of its parameters, and the number made of them.
-    pub fn stated(&self) -> impl Iterator<Item = (&ParameterSpec, &EstimatedValue)> {
-        let law = &self.effect.law;
+    pub fn stated(&self) -> impl Iterator<Item = (ParameterSpec, &EstimatedValue)> {
+        let Effect { law, place, .. } = &self.effect;
         let made = law.combination.as_ref().zip(self.combination.as_ref());
-        let made = made.map(|(combination, value)| (&combination.spec, value));
-        law.parameters.iter().zip(&self.values).chain(made)
+        let made = made.map(|(combination, value)| (combination.spec.at(place), value));
+        law.parameters_at(place).zip(&self.values).chain(made)
     }
 }
 

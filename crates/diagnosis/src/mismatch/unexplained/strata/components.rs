@@ -59,7 +59,7 @@ pub(super) fn parts(
         let levers = cells.iter().map(along).collect();
         ComponentResponse::new(place, compliance.collect(), Some(levers))
     };
-    for (joint, name) in linearised.joints.iter().enumerate() {
+    for (joint, place) in linearised.joints.iter().enumerate() {
         let lever = |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers[joint];
         let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
         parts.push(ComponentResponse {
@@ -68,7 +68,7 @@ pub(super) fn parts(
                 .iter()
                 .map(stiffness)
                 .fold(f64::INFINITY, f64::min),
-            ..of_levers(Place::Joint(name.clone()), &lever)
+            ..of_levers(place.clone(), &lever)
         });
     }
     for &axis in &linearised.rocking_axes {
