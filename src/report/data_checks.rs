@@ -88,6 +88,14 @@ fn value_words(bad: &BadReading) -> String {
 /// What would agree with all others if the table were put right, and what that may be: a question.
 #[must_use]
 pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
+    if mistake.mirrored {
+        let or = mistake.joint.as_ref().map_or_else(String::new, |joint| {
+            format!(" The other sign of joint {joint} would explain them as well.")
+        });
+        return format!(
+            "all positions agree with the robot only if they are mirrored: are two coordinates exchanged, or has one the other sign (left-handed axes)?{or}"
+        );
+    }
     if let Some(joint) = &mistake.joint {
         return format!(
             "all readings agree with the robot only if the values of joint {joint} have the other sign: does the controller count it the other way?"
@@ -113,15 +121,30 @@ pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
     let what = match (pose, &mistake.component) {
         (Some(pose), None) => format!("the readings of pose {pose} agree with the other poses"),
         (None, Some(component)) => format!("{component} agrees with the other components"),
+        (None, None) => "all positions agree with the robot".to_owned(),
         _ => format!("{component}{of_pose} agrees with all other readings"),
     };
     let factor = mistake.factor.unwrap_or(1.0);
-    let guess = match usual_unit(factor) {
+    // Positions are stated in mm, displacements in µm.
+    let of = mistake.component.as_deref();
+    let is_of_positions = pose.is_none() && of.is_none_or(|of| of.starts_with("position"));
+    let unit = match usual_unit(factor) {
+        Some(_) if is_of_positions && factor > 10.0 && factor < 100.0 => {
+            Some("are they in inches where mm are stated")
+        }
+        Some(_) if is_of_positions => None,
+        unit => unit,
+    };
+    let guess = match unit {
         _ if factor < 0.0 => "is an axis or a gauge turned?".to_owned(),
         Some(unit) => format!("{unit}?"),
         None => "are units and decimal points right?".to_owned(),
     };
-    format!("{what} only {}: {guess}", factor_words(factor))
+    let how = match (pose, of) {
+        (None, None) => format!("if multiplied by {}", significant(factor, 4)),
+        _ => factor_words(factor),
+    };
+    format!("{what} only {how}: {guess}")
 }
 
 /// How a value is put right by a factor.

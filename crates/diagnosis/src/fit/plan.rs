@@ -320,7 +320,9 @@ fn joints_deg(robot: &Robot, pose: &Pose) -> IndexMap<String, f64> {
 /// The size of a further force.
 fn usual_force(measured_n: f64) -> f64 {
     if measured_n > 0.0 {
-        measured_n
+        // In three digits: nobody sets more.
+        let digit = 10_f64.powi(2 - measured_n.log10().floor() as i32);
+        (measured_n * digit).round() / digit
     } else {
         USUAL_FORCE_N
     }

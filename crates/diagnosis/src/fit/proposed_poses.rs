@@ -204,7 +204,7 @@ impl ProposedWithin {
         if self.limit_margin_percent.is_finite() {
             let percent = self.limit_margin_percent;
             parts.push(format!(
-                "{percent} % of its range between each joint and its limits"
+                "each joint {percent} % of its range away from its limits"
             ));
         }
         if self.floor_m.is_finite() {

@@ -60,7 +60,9 @@ fn comment(key: &str) -> &'static str {
     match key {
         "poses" => "named in the robot file, in the order of measurement",
         "specimens" => "which may be measured",
-        "directions" => "x lateral, y vertical, z radial",
+        "directions" => {
+            "x, y, z of the base; of the paper's robots x is lateral, y vertical, z radial"
+        }
         "displacement_axes" => "base axes along which displacement gauges stand",
         "loads_N" => "signed, along the positive axis, in the order of loading",
         "branches" => "with \"unloading\" the loads are taken off in the same steps",

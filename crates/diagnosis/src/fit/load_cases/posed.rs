@@ -262,6 +262,21 @@ impl PosedLoadCases {
         Some(other)
     }
 
+    /// The same with one component multiplied by a factor, or with all.
+    #[must_use]
+    pub(in crate::fit) fn with_components_times(
+        &self,
+        component: Option<usize>,
+        factor: f64,
+    ) -> Self {
+        let mut other = self.clone();
+        let all = other.cases.iter_mut().flat_map(|case| &mut case.components);
+        for read in all.filter(|read| component.is_none_or(|own| own == read.component)) {
+            read.value *= factor;
+        }
+        other
+    }
+
     /// The median size of the forces, N.
     #[must_use]
     pub fn usual_force_n(&self) -> f64 {

@@ -2,7 +2,8 @@
 
 use stiffbench_beams::physics::{ActingPhysics, Mechanics, PlaceScale};
 use stiffbench_beams::robot::{
-    FittingFactors, Mechanism, ModelParameter, Robot, RobotError, TrackedPoses,
+    FittingFactors, GRAVITY_M_PER_S2, JointModel, Mechanism, MechanismModel, ModelParameter, Robot,
+    RobotError, Theory, TrackedPoses,
 };
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
@@ -164,7 +165,7 @@ impl<'a> LoadCaseModel<'a> {
         };
         let mut choice = choice.clone();
         let mut unloaded = Vec::new();
-        let is_unloaded = unloaded_springs(&springs, &lengths, unit_length(posed));
+        let is_unloaded = unloaded_springs(&springs, &lengths, unit_length(self)?);
         for (spring, is_unloaded) in springs.iter().zip(is_unloaded) {
             let mut members = choice.members.iter();
             let is_free = members.any(|m| m.parameter == *spring && m.role == FitRole::Free);
@@ -198,10 +199,23 @@ pub(in crate::fit) fn unloaded_springs(
         .collect()
 }
 
-/// Length of the column of a spring that every load moves along itself.
-pub(in crate::fit) fn unit_length(posed: &PosedLoadCases) -> f64 {
+/// Length of the column of a spring that every load, or own weight where that acts, moves along itself.
+///
+/// # Errors
+/// [`RobotError`] for a pose that cannot be reached.
+pub(in crate::fit) fn unit_length(model: &LoadCaseModel<'_>) -> Result<f64, RobotError> {
+    let (robot, posed) = (model.robot, model.posed);
     let loads: Vec<ToolMotion> = posed.cases.iter().map(|case| case.load).collect();
-    norm(&SeenRows::of(posed, None).changed(&loads))
+    let by_loads = norm(&SeenRows::of(posed, None).changed(&loads));
+    let weighed = posed.poses.first().filter(|_| posed.has_positions());
+    let Some(pose) = weighed else {
+        return Ok(by_loads);
+    };
+    let (rigid, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+    let mut structure = MechanismModel::new(robot, model.mechanism, &rigid, theory, model.start)?;
+    structure.place(pose)?;
+    let own_n = GRAVITY_M_PER_S2 * structure.mass_kg();
+    Ok(by_loads.max(own_n * (posed.cases.len() as f64).sqrt()))
 }
 
 impl<'a> LoadCaseProblem<'a> {
@@ -235,6 +249,11 @@ impl<'a> LoadCaseProblem<'a> {
             linear,
             tracker: tracker.cloned(),
         })
+    }
+
+    /// The load cases.
+    pub(in crate::fit) fn posed(&self) -> &'a PosedLoadCases {
+        self.model.posed
     }
 
     /// How rows scatter.

@@ -34,7 +34,7 @@ fn moved_columns(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Vec<Vec<
     let all = motions.columns.iter();
     let all: Vec<Vec<f64>> = all.map(|column| seen.changed(column)).collect();
     let lengths: Vec<f64> = all.iter().map(|one| norm(one)).collect();
-    let unloaded = unloaded_springs(&parameters, &lengths, unit_length(posed));
+    let unloaded = unloaded_springs(&parameters, &lengths, unit_length(model)?);
     let loaded = all.into_iter().zip(unloaded);
     let loaded = loaded.filter(|(_, is_unloaded)| !is_unloaded);
     let mut columns: Vec<Vec<f64>> = loaded.map(|(column, _)| column).collect();

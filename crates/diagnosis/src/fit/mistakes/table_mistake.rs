@@ -1,9 +1,9 @@
 //! What agrees with the robot once the table is put right: readings of a pose or a component in another unit, with another decimal point or
-//! sign, or under the name of others; a joint whose values have the other sign.
+//! sign, or under the name of others; a joint whose values have the other sign; positions in another unit, or along left-handed axes.
 
 use std::borrow::Cow;
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,9 +14,9 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake,
+    ValueScale, find_mistake, usual_factors_of_lengths,
 };
-use crate::search::constants::MOST_OF_THE_MISFIT;
+use crate::search::constants::{MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
 
 use super::moved_columns::plain_sd;
 use crate::fit::load_cases::posed::{COMPONENTS, PosedLoadCases};
@@ -31,6 +31,9 @@ const FEWEST: usize = 3;
 /// not left.
 const LEFT_BY_A_SIGN: f64 = 0.01;
 
+/// The same of positions: a thousandth of what they extend over is not left. Where the tool does not turn, a tool point far away takes much of a mistake.
+const LEFT_OF_POSITIONS: f64 = 1e-6;
+
 /// What a table has wrong, if it agrees with the robot once that is put right.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct TableMistake {
@@ -43,7 +46,10 @@ pub struct TableMistake {
     /// The component, or the pose, with which it is exchanged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exchanged_with: Option<ExchangedWith>,
-    /// The variable of the robot whose values have the other sign.
+    /// Whether positions are mirrored: two coordinates are exchanged, or one has the other sign. Base frames turn either into the other.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mirrored: bool,
+    /// The variable of the robot whose values have the other sign; of mirrored positions, that which would explain them as well.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
 }
@@ -60,7 +66,7 @@ pub enum ExchangedWith {
 
 /// The mistake of a table that explains its misfit, if there is one.
 ///
-/// None is sought of absolute positions and beside held-out poses.
+/// None is sought beside held-out poses. Positions of single poses are for [`bad_load_case_values`](super::bad_load_case_values).
 ///
 /// # Errors
 /// [`FitError`].
@@ -69,18 +75,19 @@ pub fn table_mistake(
     options: &FitOptions,
     fit: &FitOutcome,
 ) -> Result<Option<TableMistake>, FitError> {
-    if model.posed.has_positions() || options.train.is_some() {
+    if options.train.is_some() {
         return Ok(None);
     }
     let mut rows = MisreadRows::new(model, options, fit)?;
     if rows.set.free_indices().is_empty() {
         return Ok(None);
     }
-    let found = find_mistake(&mut rows);
+    let has_positions = model.posed.has_positions();
+    let found = (!has_positions).then(|| find_mistake(&mut rows)).flatten();
     let left = found.as_ref().map(|found| found.fit.squares);
-    let sign = other_sign(model, options, fit, &mut rows);
-    Ok(match sign {
-        Some((after, sign)) if left.is_none_or(|left| after < left) => Some(sign),
+    let whole = whole_table(model, options, fit, &mut rows);
+    Ok(match whole {
+        Some((after, mistake)) if left.is_none_or(|left| after < left) => Some(mistake),
         _ => found.map(|found| named(model.posed, &found)),
     })
 }
@@ -103,7 +110,7 @@ fn named(posed: &PosedLoadCases, found: &FoundMistake) -> TableMistake {
             }
             Exchanged::Pose(pose) => ExchangedWith::Pose(posed.labels[pose].clone()),
         }),
-        joint: None,
+        ..TableMistake::default()
     }
 }
 
@@ -138,24 +145,36 @@ impl<'a> MisreadRows<'a> {
             u: sd[kind],
         });
         let scatter = RowScatter::plain(posed, model.steps, sd);
-        let parameters = model.parameters(&options.choice, None)?.0;
+        let tracker = model.tracker()?;
+        let parameters = model.parameters(&options.choice, tracker.as_ref())?.0;
         Ok(Self {
             names: names(posed),
             read: read.collect(),
-            set: coordinates(&parameters, None)?,
+            set: coordinates(&parameters, tracker.as_ref())?,
             has_repeats: scatter.series.has_repeats(),
-            problem: LoadCaseProblem::new(*model, &parameters, scatter, None)?,
+            problem: LoadCaseProblem::new(*model, &parameters, scatter, tracker.as_ref())?,
         })
     }
 
     /// Whether a fit leaves so much that it may have taken a mistake for its parameters.
-    fn leaves_much(&self, fit: &ValueFit) -> bool {
-        let squares: f64 = self
-            .read
-            .iter()
-            .map(|one| (one.value / one.u).powi(2))
-            .sum();
-        fit.squares >= LEFT_BY_A_SIGN * squares
+    fn leaves_much(&self, posed: &PosedLoadCases, fit: &ValueFit) -> bool {
+        // Where a tracker stands is no part of what a robot does.
+        let mut means: HashMap<usize, (f64, f64)> = HashMap::new();
+        for (_, read) in posed.rows().filter(|(_, read)| read.is_position()) {
+            let (sum, count) = means.entry(read.component).or_default();
+            (*sum, *count) = (*sum + read.value, *count + 1.0);
+        }
+        let squares = self.read.iter().zip(posed.rows()).map(|(one, (_, read))| {
+            let mean = means.get(&read.component);
+            let mean = mean.map_or(0.0, |(sum, count)| sum / count);
+            ((one.value - mean) / one.u).powi(2)
+        });
+        let least = if means.is_empty() {
+            LEFT_BY_A_SIGN
+        } else {
+            LEFT_OF_POSITIONS
+        };
+        fit.squares >= least * squares.sum::<f64>()
     }
 }
 
@@ -200,7 +219,7 @@ impl MisreadValues for MisreadRows<'_> {
     }
 
     fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool {
-        !self.problem.is_linear() && self.leaves_much(as_recorded)
+        !self.problem.is_linear() && self.leaves_much(self.problem.posed(), as_recorded)
     }
 
     fn fewest(&self) -> usize {
@@ -241,9 +260,68 @@ impl MisreadValues for MisreadRows<'_> {
     }
 }
 
-/// The joint whose values have the other sign, with the squares that a fit leaves then; only where much is left, and where the other sign explains
-/// it.
-fn other_sign(
+/// What may be wrong with a whole table.
+struct WholeChange {
+    mistake: TableMistake,
+    /// The table put right.
+    posed: PosedLoadCases,
+    /// How many times as long its readings are, on average of their logarithms.
+    longer: f64,
+}
+
+impl WholeChange {
+    /// All that are considered: the other sign of a joint; of positions another unit or decimal point of all or of one coordinate, and axes that
+    /// are left-handed.
+    fn all(model: &LoadCaseModel<'_>) -> Vec<Self> {
+        let (robot, posed) = (model.robot, model.posed);
+        let variables = robot.variables.iter().enumerate();
+        let moving = variables.filter(|(variable, _)| robot.moves_tool(*variable));
+        let signs = moving.filter_map(|(variable, named)| {
+            Some(Self {
+                mistake: TableMistake {
+                    factor: Some(-1.0),
+                    joint: Some(named.name.clone()),
+                    ..TableMistake::default()
+                },
+                posed: posed.with_other_sign(variable)?,
+                longer: 1.0,
+            })
+        });
+        let mut all: Vec<Self> = signs.collect();
+        if !posed.has_positions() {
+            return all;
+        }
+        let read: BTreeSet<usize> = posed.rows().map(|(_, read)| read.component).collect();
+        let rows = posed.component_count() as f64;
+        let sets = std::iter::once(None).chain(read.into_iter().map(Some));
+        for (component, factor) in
+            sets.flat_map(|one| usual_factors_of_lengths().map(move |by| (one, by)))
+        {
+            // One coordinate with the other sign is what all with the other sign are, turned.
+            if factor < 0.0 && component.is_some() {
+                continue;
+            }
+            let changed = posed.with_components_times(component, factor);
+            let count = posed
+                .rows()
+                .filter(|(_, read)| component.is_none_or(|own| own == read.component));
+            all.push(Self {
+                mistake: TableMistake {
+                    component: component.map(|own| COMPONENTS[own].into()),
+                    factor: Some(factor),
+                    mirrored: factor < 0.0,
+                    ..TableMistake::default()
+                },
+                posed: changed,
+                longer: factor.abs().powf(count.count() as f64 / rows),
+            });
+        }
+        all
+    }
+}
+
+/// What is wrong with a whole table, with the squares that a fit leaves then; only where much is left, and where it explains that.
+fn whole_table(
     model: &LoadCaseModel<'_>,
     options: &FitOptions,
     fit: &FitOutcome,
@@ -251,24 +329,28 @@ fn other_sign(
 ) -> Option<(f64, TableMistake)> {
     let read = rows.read.clone();
     let before = rows.fit(&read, &|_| true, None, None)?;
-    if !rows.leaves_much(&before) {
+    if !rows.leaves_much(model.posed, &before) {
         return None;
     }
-    let variables = model.robot.variables.iter().enumerate();
-    let moving = variables.filter(|(variable, _)| model.robot.moves_tool(*variable));
-    let found = moving.filter_map(|(variable, named)| {
-        let posed = model.posed.with_other_sign(variable)?;
+    let tried = WholeChange::all(model).into_iter().filter_map(|change| {
         // Poses that cannot be reached are none that the robot stood in.
-        let mut there = MisreadRows::new(&model.under(&posed), options, fit).ok()?;
-        let after = there.fit(&read, &|_| true, None, None)?.squares;
-        let mistake = TableMistake {
-            factor: Some(-1.0),
-            joint: Some(named.name.clone()),
-            ..TableMistake::default()
-        };
-        Some((after, mistake))
+        let mut there = MisreadRows::new(&model.under(&change.posed), options, fit).ok()?;
+        let right = there.read.clone();
+        let after = there.fit(&right, &|_| true, None, None)?.squares;
+        // In the unit of what was recorded.
+        Some((after / (change.longer * change.longer), change.mistake))
     });
     let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before.squares;
-    let found = found.filter(|(after, _)| explains(*after));
-    found.min_by(|a, b| a.0.total_cmp(&b.0))
+    let mut found: Vec<_> = tried.filter(|(after, _)| explains(*after)).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let dof = (rows.read.len().saturating_sub(rows.free())).max(1) as f64;
+    let (least, _) = *found.first()?;
+    found.retain(|(after, _)| dof * (after / least).ln() <= 2.0 * STRONG_EVIDENCE);
+    // An arm without lateral offsets is its own mirror image with its first joint turned the other way.
+    let place = found.iter().position(|(_, one)| one.mirrored);
+    let (after, mut mistake) = found.swap_remove(place.unwrap_or(0));
+    if mistake.mirrored {
+        mistake.joint = found.into_iter().find_map(|(_, other)| other.joint);
+    }
+    Some((after, mistake))
 }

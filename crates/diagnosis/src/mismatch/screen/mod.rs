@@ -23,4 +23,4 @@ pub(crate) use misread::{
 };
 pub(crate) use reading_screen::{against_repeats, kept};
 pub use screened::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData};
-pub(crate) use usual_factor::misread_factor;
+pub(crate) use usual_factor::{misread_factor, usual_factors_of_lengths};

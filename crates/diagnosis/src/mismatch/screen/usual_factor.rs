@@ -8,8 +8,17 @@ const MOST_PLACES: i32 = 6;
 
 /// What a value that somebody recorded wrongly must be multiplied by, the likeliest first.
 pub(crate) fn usual_factors() -> impl Iterator<Item = f64> + Clone {
+    with_units(&OF_UNITS)
+}
+
+/// The same of a length that is compared with no force.
+pub(crate) fn usual_factors_of_lengths() -> impl Iterator<Item = f64> + Clone {
+    with_units(&OF_UNITS[..1])
+}
+
+fn with_units(units: &'static [f64]) -> impl Iterator<Item = f64> + Clone {
     let places = (1..=MOST_PLACES).flat_map(|places| [places, -places]);
-    let units = OF_UNITS.into_iter().flat_map(|unit| [unit, unit.recip()]);
+    let units = units.iter().flat_map(|unit| [*unit, unit.recip()]);
     let tens = places.map(|places| 10_f64.powi(places));
     std::iter::once(-1.0).chain(tens).chain(units)
 }
