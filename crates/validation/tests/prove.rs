@@ -599,3 +599,57 @@ fn the_doors_of_one_robot_differ_as_the_ledger_lists_and_in_nothing_else() {
     assert_eq!(doors["disagreements"], json!([]));
     assert_eq!(output.status.code(), Some(0));
 }
+
+#[test]
+fn intervals_of_stated_laws_hold_what_was_simulated() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("forced"));
+    let arguments = [
+        "--only",
+        "forced",
+        "--doors",
+        "session,part",
+        "--laws",
+        "joint-backlash,creep",
+        "--sizes",
+        "10",
+        "--trials",
+        "150",
+        "--json",
+        "--data",
+        data.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let output = prove(&arguments, "2");
+    let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+    let points = printed["data"]["parts"]["forced"].as_array().unwrap();
+    let (mut hits, mut trials) = (0, 0);
+    for (door, law, values) in [
+        ("session", "joint-backlash", 2),
+        ("session", "creep", 2),
+        ("part", "joint-backlash", 2),
+        ("part", "joint-backlash (force read)", 2),
+    ] {
+        let point = points
+            .iter()
+            .find(|point| point["door"] == door && point["law"] == law);
+        let rows = point.unwrap_or_else(|| panic!("{law}: {printed}"))["coverage"]
+            .as_array()
+            .unwrap();
+        let of_law = rows.iter().filter(|row| {
+            let name = row["parameter"].as_str();
+            name.is_some_and(|name| name.contains('@'))
+        });
+        let of_law: Vec<&Json> = of_law.map(|row| &row["share"]).collect();
+        assert!(of_law.len() >= values, "{door} {law}: {rows:?}");
+        for share in of_law {
+            assert_eq!(share["trials"], 6, "{door} {law}");
+            trials += share["trials"].as_u64().unwrap();
+            hits += share["hits"].as_u64().unwrap();
+        }
+    }
+    // Of 48 intervals 95 % hold the truth; fewer than 39 have a chance of 0.01 % (binomial).
+    assert!(10 * hits >= 8 * trials, "{hits} of {trials}");
+    assert!(out.join("tables.txt").is_file());
+}

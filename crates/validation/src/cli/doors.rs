@@ -43,11 +43,11 @@ const QUICK_LAWS: [Law; 12] = [
 ];
 
 /// What is run: the commands of this program or of another build, on benches under loads.
-struct Doors<'a> {
+pub(super) struct Doors<'a> {
     program: Option<&'a Path>,
-    benches: DoorBenches,
+    pub(super) benches: DoorBenches,
     /// Largest load, N.
-    largest_n: f64,
+    pub(super) largest_n: f64,
 }
 
 /// A session to be judged.
@@ -66,17 +66,9 @@ pub(super) fn judge_doors(
     global: &Global,
     trials: usize,
 ) -> Result<DoorsReport, Failure> {
-    let folder = args.data.join("doors");
-    let [benches, ledger] = ["benches.toml", "ledger.toml"].map(|name| folder.join(name));
+    let ledger = args.data.join("doors").join("ledger.toml");
     let ledger = DoorLedger::parse(&ledger.display().to_string(), &read(&ledger)?)?;
-    let benches = DoorBenches::parse(&benches.display().to_string(), &read(&benches)?)?;
-    let (procedure, _) = named_procedure(&benches.procedure)?;
-    let largest_n = procedure.loads_n.iter();
-    let doors = Doors {
-        program: args.program.as_deref(),
-        largest_n: largest_n.fold(0.0, |largest, load| largest.max(load.abs())),
-        benches,
-    };
+    let doors = Doors::new(args)?;
     let cases = doors.cases(args.quick);
     let bar = progress(global, "readings through every door", cases.len() as u64);
     let judged: Vec<JudgedCase> = cases
@@ -97,6 +89,7 @@ pub(super) fn judge_doors(
     let covered = covered.collect::<Result<Vec<_>, Failure>>()?;
     bar.finish_and_clear();
     let (answers, truths): (Vec<_>, Vec<_>) = covered.into_iter().unzip();
+    let (sessions, tables): (Vec<_>, Vec<_>) = answers.into_iter().map(<(_, _)>::from).unzip();
     let truth = truths.into_iter().next().unwrap_or_default();
     if !args.quick {
         let anew = DoorLedger::new(&judged).to_toml();
@@ -105,15 +98,29 @@ pub(super) fn judge_doors(
     Ok(DoorsReport {
         disagreements: disagreements(&ledger, &judged, !args.quick),
         cases: judged,
-        coverage: if answers.is_empty() {
+        coverage: if sessions.is_empty() {
             Vec::new()
         } else {
-            coverage(&answers, &truth)
+            let of_door = [("session", sessions), ("table", tables)].into_iter();
+            let rows = of_door.flat_map(|(door, answers)| coverage(door, &answers, &truth));
+            rows.collect()
         },
     })
 }
 
-impl Doors<'_> {
+impl<'a> Doors<'a> {
+    pub(super) fn new(args: &'a ProveArgs) -> Result<Self, Failure> {
+        let benches = args.data.join("doors").join("benches.toml");
+        let benches = DoorBenches::parse(&benches.display().to_string(), &read(&benches)?)?;
+        let (procedure, _) = named_procedure(&benches.procedure)?;
+        let largest_n = procedure.loads_n.iter();
+        Ok(Self {
+            program: args.program.as_deref(),
+            largest_n: largest_n.fold(0.0, |largest, load| largest.max(load.abs())),
+            benches,
+        })
+    }
+
     fn cases(&self, is_quick: bool) -> Vec<DoorCase<'_>> {
         let mut cases = Vec::new();
         for judge in DoorJudge::ALL {
@@ -174,7 +181,7 @@ impl Doors<'_> {
             let differs = differences(&session, &table);
             return Ok(row(session.words(), table.words(), differs));
         }
-        let answer = self.answer(&session);
+        let answer = self.answer(&session, None);
         let differs = if is_named(&answer, named) {
             Vec::new()
         } else {
@@ -209,20 +216,29 @@ impl Doors<'_> {
             let from = session.join(name);
             fs::copy(&from, table.join(name)).map_err(ReadError::of(&from))?;
         }
-        Ok([self.answer(&session), self.answer(&table)])
+        Ok([self.answer(&session, None), self.answer(&table, None)])
     }
 
-    fn answer(&self, data: &Path) -> DoorAnswer {
-        let fit = self.run(&["fit"], &[data]);
-        DoorAnswer::read(&self.diagnose(data), &fit, self.largest_n)
+    /// What `fit` and `diagnose` answer.
+    ///
+    /// # Arguments
+    /// - `stated`: an effect that is stated and not searched, and nothing else either; none for the usual search.
+    pub(super) fn answer(&self, data: &Path, stated: Option<&str>) -> DoorAnswer {
+        let stated = stated.map(|effect| ["--effect", effect]);
+        let all = Law::names().join(",");
+        let unsearched = stated.map(|_| ["--without", &all]);
+        let [stated, unsearched] = [stated, unsearched].map(|words| words.into_iter().flatten());
+        let fit: Vec<&str> = ["fit"].into_iter().chain(stated.clone()).collect();
+        let diagnose: Vec<&str> = (["diagnose", "--no-figures"].into_iter())
+            .chain(stated)
+            .chain(unsearched)
+            .chain(["--out"])
+            .collect();
+        let diagnosis = self.run(&diagnose, &[&data.join("diagnosis"), data]);
+        DoorAnswer::read(&diagnosis, &self.run(&fit, &[data]), self.largest_n)
     }
 
-    fn diagnose(&self, data: &Path) -> Result<Value, Value> {
-        let out = data.join("diagnosis");
-        self.run(&["diagnose", "--no-figures", "--out"], &[&out, data])
-    }
-
-    fn simulate(
+    pub(super) fn simulate(
         &self,
         bench: &DoorBench,
         effect: Option<&str>,
@@ -267,7 +283,7 @@ impl Doors<'_> {
 }
 
 /// Factors by name, with their true values.
-type TrueFactors = Vec<(String, f64)>;
+pub(super) type TrueFactors = Vec<(String, f64)>;
 
 /// Law and place of an effect.
 fn name(effect: &str) -> &str {
@@ -281,7 +297,7 @@ fn code(failure: &Value) -> String {
         .to_owned()
 }
 
-fn temporary() -> Result<TempDir, CliError> {
+pub(super) fn temporary() -> Result<TempDir, CliError> {
     tempfile::tempdir().map_err(|source| CliError::Write {
         path: std::env::temp_dir(),
         source,

@@ -6,6 +6,7 @@ mod doors;
 mod error;
 #[cfg(unix)]
 mod faults;
+mod forced;
 mod paper;
 mod prove;
 mod prove_args;

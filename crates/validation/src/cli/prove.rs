@@ -13,8 +13,8 @@ use crate::prove::{
 };
 use crate::report::{
     BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
-    ProveReport, calibration_text, concealed_text, doors_text, idealised_text, power_figure,
-    power_text,
+    ProveReport, calibration_text, concealed_text, doors_text, forced_text, idealised_text,
+    power_figure, power_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Effect, Law, TestObject, laws};
@@ -24,6 +24,7 @@ use stiffbench::source_text::SourceText;
 
 use super::doors::judge_doors;
 use super::error::ValidationError;
+use super::forced::{ForcedPlan, judge_forced};
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::Failure;
@@ -47,12 +48,15 @@ const TRIALS: usize = 1000;
 /// The same under `--quick`.
 const QUICK_TRIALS: usize = 60;
 
-/// Each point of a power curve has the trials of the calibration over this many, and no fewer than the least.
+/// Each point of a power curve, and each law of a size that is stated, has the trials of the calibration over this many, and no fewer than the least.
 const TRIALS_PER_POINT: usize = 25;
 const LEAST_TRIALS: usize = 6;
 
 /// Sizes of power curves, standard errors.
 const SIZES: [f64; 4] = [3.0, 4.5, 6.0, 8.0];
+
+/// Sizes of laws that are stated, standard errors.
+const FORCED_SIZES: [f64; 3] = [6.0, 10.0, 20.0];
 
 /// Laws under `--quick`: one of a joint that is smooth, one with a history, one of the structure, one of the gauge.
 const QUICK_LAWS: [Law; 4] = [
@@ -72,12 +76,13 @@ type ValidationPart = (
 );
 
 /// The parts, in order.
-const PARTS: [ValidationPart; 5] = [
+const PARTS: [ValidationPart; 6] = [
     (ProvePart::Concealed, concealed),
     (ProvePart::Calibration, calibration),
     (ProvePart::Power, power_part),
     (ProvePart::Errors, errors),
     (ProvePart::Doors, doors),
+    (ProvePart::Forced, forced),
 ];
 
 /// Runs the parts of the proof and writes them to a folder, after each part what there is.
@@ -213,19 +218,14 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
             .map(|texts| Ok(ValidationSession::read(texts)?))
             .collect::<Result<_, Failure>>()?,
     };
-    let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
     let options = PowerOptions {
         laws: match (args.laws.as_slice(), args.quick) {
             ([], true) => QUICK_LAWS.to_vec(),
             ([], false) => Law::searched_on(TestObject::Robot).collect(),
             (names, _) => laws(names)?,
         },
-        sizes: match (args.sizes.as_slice(), args.quick) {
-            ([], true) => vec![6.0],
-            ([], false) => SIZES.to_vec(),
-            (sizes, _) => sizes.to_vec(),
-        },
-        trials,
+        sizes: sizes(args, &SIZES),
+        trials: trials_of_a_point(args),
         closed_benches: if args.quick { 1 } else { 2 },
         earlier: args.earlier,
         pairs: !args.quick && args.laws.is_empty(),
@@ -273,6 +273,37 @@ fn doors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failu
     done.text.push_str(&doors_text(&report));
     done.parts.doors = Some(report);
     Ok(())
+}
+
+/// Laws that are stated and not searched.
+fn forced(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let plan = ForcedPlan {
+        laws: match (args.laws.as_slice(), args.quick) {
+            ([], true) => QUICK_LAWS.to_vec(),
+            ([], false) => Law::ALL.to_vec(),
+            (names, _) => laws(names)?,
+        },
+        sizes: sizes(args, &FORCED_SIZES),
+        trials: trials_of_a_point(args),
+    };
+    let points = judge_forced(args, global, &plan)?;
+    done.text.push_str(&forced_text(&points));
+    done.parts.forced = Some(points);
+    Ok(())
+}
+
+/// Sizes that are asked for, else the usual ones.
+fn sizes(args: &ProveArgs, usual: &[f64]) -> Vec<f64> {
+    match (args.sizes.as_slice(), args.quick) {
+        ([], true) => vec![6.0],
+        ([], false) => usual.to_vec(),
+        (sizes, _) => sizes.to_vec(),
+    }
+}
+
+/// Trials of a law of a size.
+fn trials_of_a_point(args: &ProveArgs) -> usize {
+    (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS)
 }
 
 fn trials(args: &ProveArgs) -> usize {

@@ -15,8 +15,8 @@ use super::trial_bench::TrialBench;
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
 const OPEN: f64 = 1e4;
 
-/// Size, standard errors, that a place has to reach to be tried: none beyond it can be asked for.
-pub const LARGEST_SIZE: f64 = 12.0;
+/// Size, standard errors, that a place has to reach to be tried.
+const LARGEST_SIZE: f64 = 12.0;
 
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;
@@ -26,6 +26,20 @@ const BY_READINGS: f64 = 0.01;
 
 /// Steps of runs at which a law of one run is tried, of the thousand at which it can happen.
 const IN_RUNS: usize = 12;
+
+/// What is not known of a place: bounds that depend on it hold everything.
+pub const UNKNOWN_SCALE: PlaceScale = PlaceScale {
+    force_n: f64::NAN,
+    displacement_m: f64::NAN,
+    time_s: f64::NAN,
+    warming_k: f64::NAN,
+    has_clock: true,
+    has_holds: true,
+    has_repeats: true,
+    compliance: f64::NAN,
+    moment_nm: f64::NAN,
+    loop_nm_per_rad: f64::NAN,
+};
 
 /// What is known of a joint under the loads of a plan.
 struct JointView {
@@ -74,16 +88,32 @@ pub(super) fn testable(
         .into_iter()
         .map(|place| {
             let place = places[place].1.clone();
-            let moment = joints
+            let moment_nm = joints
                 .iter()
                 .find(|joint| joint.place == place)
                 .map_or(1.0, |joint| joint.largest_moment_nm);
-            Ok(Effect::new(law, place, small_values(law, moment))?)
+            let since_zero = bench.plan.loads.iter().map(|load| load.since_zero_s);
+            let scale = PlaceScale {
+                moment_nm,
+                time_s: since_zero.fold(0.0, f64::max),
+                ..PlaceScale::default()
+            };
+            Ok(Effect::new(law, place, small_values(law, &scale))?)
         })
         .collect()
 }
 
-/// A truth with one effect more, scaled to a size; `None` if no multiple of it reaches the size.
+/// Whether no value of an effect lies outside what is plausible, as far as the scale of its place is known.
+#[must_use]
+pub fn may_be(effect: &Effect, scale: &PlaceScale) -> bool {
+    let mut values = effect.law.parameters.iter().zip(&effect.values);
+    values.all(|(parameter, &value)| {
+        let [least, most] = (parameter.plausible.bounds)(scale, &effect.values);
+        !(value < least || value > most)
+    })
+}
+
+/// A truth with one effect more, scaled to a size; `None` if no multiple of it that may be reaches the size.
 ///
 /// # Errors
 /// [`ProveError`].
@@ -95,7 +125,11 @@ pub(super) fn scaled(
 ) -> Result<Option<Truth>, ProveError> {
     let mut truth = beside.clone();
     truth.effects.push(effect.clone());
-    Ok(scale_to(&bench.baseline, &bench.plan, &truth, size)?)
+    let truth = scale_to(&bench.baseline, &bench.plan, &truth, size)?;
+    Ok(truth.filter(|truth| {
+        let mut effects = truth.effects.iter();
+        effects.all(|effect| may_be(effect, &UNKNOWN_SCALE))
+    }))
 }
 
 /// Those of these effects that reach every size of a power curve, at the factors of the first trial, and that no free parameter imitates; no
@@ -162,7 +196,7 @@ fn in_runs(bench: &TrialBench<'_>, law: Law) -> Vec<Effect> {
             step: observations.loads[first_after].step,
             gauge: None,
         };
-        Effect::new(law, place, small_values(law, 1.0)).ok()
+        Effect::new(law, place, small_values(law, &PlaceScale::default())).ok()
     };
     (0..IN_RUNS).filter_map(jump).collect()
 }
@@ -186,14 +220,10 @@ pub(super) fn reshaped(effect: &Effect, seed: u64) -> Effect {
 }
 
 /// Values small enough to be scaled up, with a shape in the middle of what is plausible.
-fn small_values(law: Law, moment_nm: f64) -> Vec<f64> {
-    let scale = PlaceScale {
-        moment_nm,
-        ..PlaceScale::default()
-    };
+pub(super) fn small_values(law: Law, scale: &PlaceScale) -> Vec<f64> {
     let parameters = law.parameters.iter();
     parameters
-        .map(|parameter| (parameter.typical.value)(&scale))
+        .map(|parameter| (parameter.typical.value)(scale))
         .collect()
 }
 
@@ -230,4 +260,30 @@ fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
             }
         })
         .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use stiffbench_beams::physics::laws;
+
+    use super::*;
+
+    #[test]
+    fn a_size_beyond_what_is_plausible_is_none() {
+        let scale = |scale| Effect {
+            law: laws::FORCE_GAUGE_SCALE,
+            place: Place::ForceGauge,
+            values: vec![scale],
+        };
+        assert!(may_be(&scale(0.28), &UNKNOWN_SCALE));
+        assert!(!may_be(&scale(0.37), &UNKNOWN_SCALE));
+        // How long a gauge stands on its zero is known of a session alone.
+        let mut drift = Effect {
+            law: laws::DRIFT_SINCE_ZEROING,
+            place: Place::Clock(None),
+            values: small_values(laws::DRIFT_SINCE_ZEROING, &UNKNOWN_SCALE),
+        };
+        drift.values[1] = 1e6;
+        assert!(may_be(&drift, &UNKNOWN_SCALE));
+    }
 }

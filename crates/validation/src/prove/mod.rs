@@ -35,11 +35,12 @@ pub use blind::{BlindVerdict, diagnose_all};
 pub use calibration::{
     CalibrationPlan, CalibrationRow, FalseAlarm, Variant, calibrate, calibration_plans,
 };
-pub use cases::LARGEST_SIZE;
+pub use cases::{UNKNOWN_SCALE, may_be};
 pub use criteria::criteria;
 pub use doors::{
-    CoverageRow, DoorAnswer, DoorBench, DoorBenches, DoorJudge, DoorLedger, JudgedCase, coverage,
-    differences, disagreements, is_named, vector_table,
+    CoverageRow, DoorAnswer, DoorBench, DoorBenches, DoorJudge, DoorLedger, ForcedPoint,
+    JudgedCase, PartBench, coverage, differences, disagreements, is_named, stated_values,
+    vector_table,
 };
 pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};

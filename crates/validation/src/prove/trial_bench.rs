@@ -206,17 +206,25 @@ impl<'a> TrialBench<'a> {
         let mut sizes = Share::default();
         for (place, effect) in truth.effects.iter().enumerate() {
             let is = |found: &Effect| found.law == effect.law && found.place == effect.place;
-            let Some(group) = groups
-                .iter()
-                .find(|group| group.iter().any(|finding| is(&finding.effect)))
-            else {
+            let mut as_last = truth.clone();
+            let own = as_last.effects.remove(place);
+            as_last.effects.push(own);
+            let names_it = |found: &Effect| {
+                Ok::<_, ProveError>(is(found) || self.is_enough_of_the_last(&as_last, found)?)
+            };
+            let mut of_effect = None;
+            for group in &groups {
+                for finding in group {
+                    if of_effect.is_none() && names_it(&finding.effect)? {
+                        of_effect = Some(group);
+                    }
+                }
+            }
+            let Some(group) = of_effect else {
                 continue;
             };
             named += 1;
             alone += usize::from(group.len() == 1);
-            let mut as_last = truth.clone();
-            let own = as_last.effects.remove(place);
-            as_last.effects.push(own);
             for finding in group {
                 if !is(&finding.effect) {
                     padded |= self.is_padding(&as_last, &finding.effect)?;
@@ -240,6 +248,15 @@ impl<'a> TrialBench<'a> {
             sizes,
             factors: factors_covered(truth, diagnosis),
         })
+    }
+
+    /// Whether a finding is a simpler law in place of the last effect of a truth, which contains it, and cannot be distinguished from it: of nested
+    /// laws the simplest that is not excluded is named.
+    fn is_enough_of_the_last(&self, truth: &Truth, found: &Effect) -> Result<bool, ProveError> {
+        let last = truth.effects.last();
+        let is_nested =
+            last.is_some_and(|own| own.law.contains(found.law) && own.place == found.place);
+        Ok(is_nested && !self.is_padding(truth, found)?)
     }
 
     /// Whether a member of a set can be distinguished from the last effect of a truth.

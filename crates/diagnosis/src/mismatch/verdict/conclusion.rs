@@ -98,10 +98,9 @@ pub(crate) fn conclude(
     }
     let effects = &found.after.fitted.model.effects;
     let factors = problem.baseline.described().len();
-    let known = problem.known_effects.iter().enumerate();
-    let of_known = known.flat_map(|(effect, given)| {
-        (0..given.values.len()).map(move |value| Stated::Value { effect, value })
-    });
+    let model = &found.after.fitted.model;
+    let of_known =
+        (0..problem.known_effects.len()).flat_map(|effect| Stated::of_an_effect(model, effect));
     let stated: Vec<Stated> = (0..factors)
         .map(Stated::Parameter)
         .chain(of_known)
@@ -341,16 +340,24 @@ pub(crate) fn known_effects(
 ) -> Vec<KnownEffect> {
     let known = problem.known_effects.iter();
     let effect = |given: &Effect| {
-        let values = given.values.len();
-        let own = |all: &mut &[EstimatedValue]| {
-            let own;
-            (own, *all) = all.split_at(values);
-            own.to_vec()
+        let mut own = |count: usize| {
+            [&mut before, &mut after].map(|all| {
+                let own;
+                (own, *all) = all.split_at(count);
+                own.to_vec()
+            })
         };
+        let [before, after] = own(given.values.len());
+        let [made_before, made_after] = own(usize::from(given.law.combination.is_some()));
         KnownEffect {
             given: given.clone(),
-            before: own(&mut before),
-            after: own(&mut after),
+            before,
+            after,
+            combination: made_before
+                .first()
+                .copied()
+                .zip(made_after.first().copied())
+                .map(<[_; 2]>::from),
         }
     };
     known.map(effect).collect()

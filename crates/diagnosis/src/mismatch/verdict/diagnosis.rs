@@ -104,6 +104,8 @@ pub struct KnownEffect {
     pub before: Vec<EstimatedValue>,
     /// The same in the final model.
     pub after: Vec<EstimatedValue>,
+    /// In both what readings determine where they do not tell those apart, if the law has such a number.
+    pub combination: Option<[EstimatedValue; 2]>,
 }
 
 /// A law that would explain the readings with an impossible value.

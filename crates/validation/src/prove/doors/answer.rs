@@ -4,6 +4,8 @@ use serde_json::Value;
 
 use stiffbench_beams::physics::{Law, PlaceScale};
 
+use crate::prove::cases::UNKNOWN_SCALE;
+
 /// How far values and ends of intervals of two doors may lie apart, in widths of the interval.
 const TOLERANCE: f64 = 1e-3;
 
@@ -21,7 +23,7 @@ pub struct DoorAnswer {
     pub findings: Vec<String>,
     /// Parameters of the findings, as `joint-backlash@A3:play`.
     pub sizes: Vec<DoorEstimate>,
-    /// Free factors and springs of `diagnose`, beside what was found.
+    /// Free factors and springs of `diagnose`, beside what was found, and the values of laws that were stated, as `creep@structure:k`.
     pub parameters: Vec<DoorEstimate>,
     /// Free factors and springs of `fit`.
     pub fitted: Vec<DoorEstimate>,
@@ -38,6 +40,8 @@ pub struct DoorEstimate {
     pub value: f64,
     /// The interval.
     pub ci95: Option<[f64; 2]>,
+    /// Whether an end is the bound of what is plausible: what is printed has no end there.
+    pub is_open: [bool; 2],
 }
 
 impl DoorEstimate {
@@ -49,13 +53,17 @@ impl DoorEstimate {
             name,
             value: object["value"].as_f64()?,
             ci95: object["ci95"].is_array().then_some(ends),
+            is_open: ["lower", "upper"]
+                .map(|end| items(&object["open_ends"]).any(|one| one == end)),
         })
     }
 
     /// Whether the interval holds a value; `None` without an interval.
     #[must_use]
     pub fn holds(&self, truth: f64) -> Option<bool> {
-        self.ci95.map(|[low, high]| (low..=high).contains(&truth))
+        let [below, above] = self.is_open;
+        self.ci95
+            .map(|[low, high]| (below || low <= truth) && (above || truth <= high))
     }
 
     /// Whether another door gives the same.
@@ -118,12 +126,21 @@ impl DoorAnswer {
             sizes: sizes.collect(),
             undetermined: undetermined.collect(),
             parameters: match &data["factors"] {
-                Value::Array(factors) => factors
-                    .iter()
-                    .filter_map(|factor| {
-                        DoorEstimate::read(text(&factor["name"]), &factor["after"])
-                    })
-                    .collect(),
+                Value::Array(factors) => {
+                    let after = |name, object: &Value| DoorEstimate::read(name, &object["after"]);
+                    let factors = factors
+                        .iter()
+                        .filter_map(|factor| after(text(&factor["name"]), factor));
+                    let known = items(&data["known_effects"]).flat_map(|known| {
+                        let law = format!("{}@{}", text(&known["physics"]), place(&known["place"]));
+                        let values = ["parameters", "combination"].map(|key| &known[key]);
+                        let values = values.into_iter().filter_map(Value::as_object).flatten();
+                        values
+                            .filter_map(|(name, value)| after(format!("{law}:{name}"), value))
+                            .collect::<Vec<_>>()
+                    });
+                    factors.chain(known).collect()
+                }
                 _ => free_parameters(&data["baseline"]["parameters"]),
             },
             fitted,
@@ -278,15 +295,7 @@ fn stated_undetermined(
 ) -> Option<String> {
     let scale = PlaceScale {
         force_n: largest_n,
-        displacement_m: f64::NAN,
-        time_s: f64::NAN,
-        warming_k: f64::NAN,
-        has_clock: true,
-        has_holds: true,
-        has_repeats: true,
-        compliance: f64::NAN,
-        moment_nm: f64::NAN,
-        loop_nm_per_rad: f64::NAN,
+        ..UNKNOWN_SCALE
     };
     let estimates = sizes(name, finding);
     let values: Vec<f64> = estimates.iter().map(|size| size.value).collect();

@@ -7,16 +7,22 @@
 //! - [`vector_table`]: the readings of a session as a table of vectors.
 //! - [`answer`]: what a door says, and how two answers differ.
 //! - [`coverage`]: how often intervals hold the truth, by door.
+//! - [`forced`]: the same of laws that are stated and not searched.
+//! - [`part`]: recordings of a part for them.
 //! - [`ledger`]: the differences of today.
 
 mod answer;
 mod benches;
 mod coverage;
+mod forced;
 mod ledger;
+mod part;
 mod vector_table;
 
 pub use answer::{DoorAnswer, differences, is_named};
 pub use benches::{DoorBench, DoorBenches};
 pub use coverage::{CoverageRow, coverage};
+pub use forced::{ForcedPoint, stated_values};
 pub use ledger::{DoorJudge, DoorLedger, JudgedCase, disagreements};
+pub use part::PartBench;
 pub use vector_table::vector_table;

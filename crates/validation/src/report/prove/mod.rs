@@ -3,6 +3,7 @@
 mod calibration;
 mod concealed;
 mod doors;
+mod forced;
 mod idealised;
 mod power;
 mod recordings;
@@ -11,6 +12,7 @@ mod verdicts;
 pub use calibration::{CalibrationReport, calibration_text};
 pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
 pub use doors::{DoorsReport, doors_text};
+pub use forced::forced_text;
 pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
 pub use power::{PowerReport, power_figure, power_text};
 pub use recordings::{
@@ -21,7 +23,7 @@ pub use verdicts::BlindVerdicts;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{AcceptanceCriterion, Share, Target};
+use crate::prove::{AcceptanceCriterion, ForcedPoint, Share, Target};
 
 use stiffbench::report::Table;
 
@@ -60,6 +62,9 @@ pub struct ProveParts {
     /// The same readings by every door.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doors: Option<DoorsReport>,
+    /// Intervals where a law is stated and not searched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forced: Option<Vec<ForcedPoint>>,
 }
 
 /// A share with its interval, percent.
