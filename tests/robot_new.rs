@@ -242,7 +242,7 @@ fn what_is_odd_is_found() {
         "stiffness_Nm_per_rad = 4",
     );
     assert!(
-        found.contains("lies outside of 0.0001 to 1000 N/um"),
+        found.contains("lies outside of 0.0001 to 1000 N/µm"),
         "{found}"
     );
     let crossed = odd(template("parallelogram"), "side = 1", "side = -1");

@@ -482,7 +482,7 @@ fn kept(
 /// A reading that the search leaves out, though it is not bad, in words.
 fn shifted(shift_m: f64) -> String {
     format!(
-        "the displacement gauge was not zeroed without load, where it shows up to {:.1} um: displacements are counted from there",
+        "the displacement gauge was not zeroed without load, where it shows up to {:.1} µm: displacements are counted from there",
         shift_m * 1e6
     )
 }
@@ -490,7 +490,7 @@ fn shifted(shift_m: f64) -> String {
 fn far_but_not_rare(reading: &BadReading) -> String {
     let off_m = reading.value_m - reading.expected_m;
     format!(
-        "line {}: {} {}, repeat {}, step {} is {:.2} um off its repeats, which happens in some sessions with such long-tailed errors (p = {:.2}): it is not called bad, but the search left it out, because it would take two opposite slips for it",
+        "line {}: {} {}, repeat {}, step {} is {:.2} µm off its repeats, which happens in some sessions with such long-tailed errors (p = {:.2}): it is not called bad, but the search left it out, because it would take two opposite slips for it",
         reading.line,
         reading.pose,
         reading.direction,
@@ -572,7 +572,7 @@ fn recorded_noise(
     let given = given_noise(baseline, observations, recorded)?;
     if given.seen_sd_m > RECORD_TOO_GOOD * sd_m {
         warnings.push(format!(
-            "single readings scatter by {:.2} um, the instrument records allow {:.2} um: the excess scatter is taken for missing physics; --noise estimated avoids that",
+            "single readings scatter by {:.2} µm, the instrument records allow {:.2} µm: the excess scatter is taken for missing physics; --noise estimated avoids that",
             given.seen_sd_m * 1e6,
             sd_m * 1e6
         ));

@@ -49,9 +49,9 @@ pub(super) fn listed_load_cases(name: &str, measured: &MeasuredStiffness) -> Loa
         ..LoadCaseTable::default()
     };
     let unit = if is_known {
-        "each under the load at which its standard uncertainty is 1 um"
+        "each under the load at which its standard uncertainty is 1 µm"
     } else {
-        "each 100 um, so that 1 um is one percent of a stiffness; no uncertainty is stated (column u_N_per_um)"
+        "each 100 µm, so that 1 µm is one percent of a stiffness; no uncertainty is stated (column u_N_per_um)"
     };
     let note = format!("stiffness values are taken as displacements, {unit}");
     let scatter = is_known.then_some(StatedScatter {

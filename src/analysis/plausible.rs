@@ -56,7 +56,7 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
     let size = median.abs();
     if !(STIFFNESS_N_PER_M[0]..=STIFFNESS_N_PER_M[1]).contains(&size) {
         odd.push(format!(
-            "the stiffness of the middle cell is {} N/um, and robots have {} to {}: {}",
+            "the stiffness of the middle cell is {} N/µm, and robots have {} to {}: {}",
             significant(size * METRES_PER_MICROMETRE, 4),
             STIFFNESS_N_PER_M[0] * METRES_PER_MICROMETRE,
             STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE,
@@ -112,9 +112,9 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
 /// too small; too stiff, the other way round.
 fn guessed_units(stiffness_n_per_m: f64) -> &'static str {
     if stiffness_n_per_m < STIFFNESS_N_PER_M[0] {
-        "are displacements in um taken for mm, or forces in kN for N?"
+        "are displacements in µm taken for mm, or forces in kN for N?"
     } else {
-        "are displacements in mm taken for um, or forces in N for kN?"
+        "are displacements in mm taken for µm, or forces in N for kN?"
     }
 }
 
@@ -140,7 +140,7 @@ fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
         .collect();
     let (cell, slope, ratio) = differ.first()?;
     Some(format!(
-        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/um): the displacement did not count from the unloaded gauge, loads are near zero, or the loads do not lie on a straight line",
+        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/µm): the displacement did not count from the unloaded gauge, loads are near zero, or the loads do not lie on a straight line",
         differ.len(),
         table.cells.len(),
         ratio * METRES_PER_MICROMETRE,
@@ -202,7 +202,7 @@ fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
         let place = case.map_or_else(String::new, |(case, _)| place(case));
         let guess = guessed_units(stiffness);
         odd.push(format!(
-            "{place}: force over displacement is {} N/um, and about that in the other lines; expected {} to {}: {guess} The name of a column states its unit",
+            "{place}: force over displacement is {} N/µm, and about that in the other lines; expected {} to {}: {guess} The name of a column states its unit",
             significant(stiffness * METRES_PER_MICROMETRE, 4),
             significant(low * METRES_PER_MICROMETRE, 1),
             significant(high * METRES_PER_MICROMETRE, 1)
@@ -279,7 +279,7 @@ pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &FitOutcome) -> V
             )
         });
         odd.push(format!(
-            "{} has {} N*m/rad, joints of robots {low} to {high:e}: check the units of forces and displacements{place}",
+            "{} has {} N·m/rad, joints of robots {low} to {high:e}: check the units of forces and displacements{place}",
             one.name,
             significant(1.0 / one.value, 4)
         ));
@@ -295,7 +295,7 @@ pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &FitOutcome) -> V
         && fitted > UNEXPLAINED * measured
     {
         odd.push(format!(
-            "the model explains hardly anything: {:.1} um are left of displacements of {:.1} um. Are signs, axes and joint values right, and the loads large enough?",
+            "the model explains hardly anything: {:.1} µm are left of displacements of {:.1} µm. Are signs, axes and joint values right, and the loads large enough?",
             fitted / METRES_PER_MICROMETRE,
             measured / METRES_PER_MICROMETRE
         ));

@@ -253,7 +253,7 @@ impl RobotCheck {
         if let Some(first) = odd.first() {
             let [low, high] = PLAUSIBLE_N_PER_UM;
             self.findings.push(format!(
-                "{}: the stiffness of pose {first} lies outside of {low} to {high} N/um, where those of robots are: check the units of \
+                "{}: the stiffness of pose {first} lies outside of {low} to {high} N/µm, where those of robots are: check the units of \
                  springs and sections",
                 source.name
             ));

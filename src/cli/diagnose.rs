@@ -11,8 +11,8 @@ use crate::analysis::{
 use crate::mismatch::Verdict;
 use crate::physics::Law;
 use crate::report::{
-    Determination, DiagnosisSummary, FactorChangeReport, ProposedProcedures, diagnosis_appendix,
-    diagnosis_figures, diagnosis_page,
+    Determination, DiagnosisDetail, DiagnosisSummary, FactorChangeReport, diagnosis_document,
+    diagnosis_figures,
 };
 use crate::session::inside;
 
@@ -101,9 +101,8 @@ pub(super) fn report_of(
     model: impl FnOnce(&Path) -> Result<Option<String>, CliError>,
 ) -> Result<Outcome, Failure> {
     let mut warnings = [warnings, &report.warnings].concat();
-    let mut page = diagnosis_page(report, ProposedProcedures::Beside);
-    let mut whole = page.clone();
-    whole.append(diagnosis_appendix(report));
+    let mut page = diagnosis_document(report, DiagnosisDetail::Page);
+    let whole = diagnosis_document(report, DiagnosisDetail::Whole);
     let mut data = DiagnosisSummary::from(report);
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {

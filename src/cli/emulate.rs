@@ -236,7 +236,7 @@ impl Worker<'_> {
                 self.load(reading)?;
                 let (force_n, displacement_m) = self.hand.truth();
                 self.notify(&format!(
-                    "{} {} run {} step {}: {force_n:.4} N  {:.4} um",
+                    "{} {} run {} step {}: {force_n:.4} N  {:.4} µm",
                     cell.pose,
                     cell.direction,
                     reading.repeat,

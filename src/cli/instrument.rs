@@ -3,7 +3,7 @@
 use std::env::consts::OS;
 use std::io::Read;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::ReadError;
 use crate::instrument::description::{GaugeCommand, SignMeaning, UnitSource, json_schema};
@@ -52,14 +52,12 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
     let (found, mut warnings) = all_descriptions(protocols)?;
     let descriptions = || found.iter().map(|one| &one.description);
     let mut document = Document::new();
-    document.rows(
-        descriptions(),
-        &[
-            ("name", &|one| one.name.clone()),
-            ("measures", &|one| one.channel.to_string()),
-            ("status", &|one| status_text(one)),
-            ("what it is", &|one| one.text.clone()),
-        ],
+    document.table(
+        Table::of(descriptions())
+            .words("name", |one| &one.name)
+            .words("measures", |one| &one.channel)
+            .words("status", |one| status_text(one))
+            .words("what it is", |one| &one.text),
     );
     document.paragraph("documented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs --allow-unverified. Details: stiffbench instrument show NAME");
     warnings.extend(

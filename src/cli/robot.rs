@@ -1,13 +1,13 @@
 //! `stiffbench robot`.
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, WorkspaceSample};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport, Table,
-    WorkspaceReport, plane_column_heads, robot_check_document, workspace_figure,
+    ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport, WorkspaceReport,
+    plane_column_heads, robot_check_document, workspace_figure,
 };
 use crate::robot::{
     JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
@@ -165,15 +165,11 @@ impl SampledWorkspace {
 
     fn document(&self, robot: &Robot) -> Document {
         let sample = &self.sample;
-        let angles: Vec<&str> = robot.variables.iter().map(|v| v.name.as_str()).collect();
+        let angles = robot.variables.iter().map(|v| numbers(&v.name));
         let plane = MapPlane::upright(self.sample.plan.vertical);
-        let [reach, height] = plane_column_heads(&plane).map(|head| format!("{head}, m"));
-        let heads: Vec<&str> = ["extreme", &reach, &height]
-            .into_iter()
-            .chain(angles)
-            .chain(["held by"])
-            .collect();
-        let mut rows = Table::new(&heads);
+        let ends = plane_column_heads(&plane).map(|head| numbers(format!("{head}, m")));
+        let columns = [words("extreme")].into_iter().chain(ends).chain(angles);
+        let mut rows = Table::new(columns.chain([words("held by")]));
         for (name, extreme) in &self.extremes {
             let Some(extreme) = extreme else { continue };
             let head = [
@@ -202,13 +198,11 @@ impl SampledWorkspace {
         ));
         document.table(rows);
         if !self.stated.is_empty() {
-            document.rows(
-                &self.stated,
-                &[
-                    ("stated by the paper", &|(name, _)| name.clone()),
-                    ("z, m", &|(_, [z, _])| z.to_string()),
-                    ("y, m", &|(_, [_, y])| y.to_string()),
-                ],
+            document.table(
+                Table::of(&self.stated)
+                    .words("stated by the paper", |(name, _)| name)
+                    .numbers("z, m", |(_, [z, _])| *z)
+                    .numbers("y, m", |(_, [_, y])| *y),
             );
         }
         document

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{ArgumentError, is_dash, read_bytes};
 use crate::clock::Clock;
@@ -258,14 +258,12 @@ fn show(file: &Path) -> Result<Outcome, Failure> {
         }
     });
     let entries: Vec<TraceLine> = entries.collect();
-    document.rows(
-        &entries,
-        &[
-            ("t, s", &|entry| format!("{:.6}", entry.t_s)),
-            ("bytes or words", &|entry| {
+    document.table(
+        Table::of(&entries)
+            .numbers("t, s", |entry| format!("{:.6}", entry.t_s))
+            .words("bytes or words", |entry| {
                 format!("{} {}", entry.kind, entry.what)
             }),
-        ],
     );
     let (received, sent) = byte_counts(&trace);
     document.paragraph(format!("{received} bytes received, {sent} sent"));

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
@@ -125,19 +125,17 @@ impl ComparisonReport {
         let mut document = Document::new();
         document.item(format!("A is {a}"));
         document.item(format!("B is {b}"));
-        document.rows(
-            &self.cells,
-            &[
-                ("pose", &|cell| cell.pose.to_string()),
-                ("direction", &|cell| cell.direction.to_string()),
-                ("K of A, N/µm", &|cell| stiffness(&cell.a)),
-                ("K of B, N/µm", &|cell| stiffness(&cell.b)),
-                ("B - A, N/µm", &|cell| difference(cell)[0].clone()),
-                ("U", &|cell| difference(cell)[1].clone()),
-                ("dof", &|cell| dof(cell.difference.dof)),
-                ("(B - A)/U", &|cell| format!("{:.2}", cell.en_ratio)),
-                ("differs", &|cell| differs(cell.differs)),
-            ],
+        document.table(
+            Table::of(&self.cells)
+                .words("pose", |cell| &cell.pose)
+                .words("direction", |cell| &cell.direction)
+                .numbers("K of A, N/µm", |cell| stiffness(&cell.a))
+                .numbers("K of B, N/µm", |cell| stiffness(&cell.b))
+                .numbers("B - A, N/µm", |cell| difference(cell)[0].clone())
+                .numbers("U", |cell| difference(cell)[1].clone())
+                .numbers("dof", |cell| dof(cell.difference.dof))
+                .numbers("(B - A)/U", |cell| format!("{:.2}", cell.en_ratio))
+                .words("differs", |cell| differs(cell.differs)),
         );
         document.paragraph(
             "U is the expanded uncertainty of the difference for 95 %: without any change, |B - A|/U exceeds 1 in one of twenty cells. \

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, TextColumn};
+use stiffbench_document::{Document, Table};
 
 use super::text::or_dash;
 
@@ -73,14 +73,11 @@ impl ConfigReport {
     #[must_use]
     pub fn document(&self, with_origin: bool) -> Document {
         let mut document = Document::new();
-        let mut columns: Vec<TextColumn<'_, &SettingReport>> = vec![
-            ("setting", &|one| one.name.clone()),
-            ("value", &|one| or_dash(one.value.clone(), |value| value)),
-        ];
-        if with_origin {
-            columns.push(("from", &|one| one.from()));
-        }
-        document.rows(&self.settings, &columns);
+        let table = Table::of(&self.settings)
+            .words("setting", |one| &one.name)
+            .words("value", |one| or_dash(one.value.clone(), |value| value))
+            .when(with_origin, |table| table.words("from", |one| one.from()));
+        document.table(table);
         if self.ignored {
             document.paragraph("Configuration files and variables are ignored.");
         }

@@ -3,7 +3,7 @@
 use crate::fit::FactorCorrelations;
 use crate::least_squares::STRONG_CORRELATION;
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 /// The lower half of the correlation matrix, and strongly correlated pairs in words; empty for less than two parameters.
 pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
@@ -12,10 +12,8 @@ pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
         return document;
     };
     let count = found.names.len();
-    let numbers: Vec<String> = (1..count).map(|number| number.to_string()).collect();
-    let mut heads = vec!["correlation"];
-    heads.extend(numbers.iter().map(String::as_str));
-    let mut rows = Table::new(&heads);
+    let columns = (1..count).map(|number| numbers(number.to_string()));
+    let mut rows = Table::new(std::iter::once(words("correlation")).chain(columns));
     let mut pairs: Vec<String> = Vec::new();
     for (i, (name, row)) in found.names.iter().zip(&found.matrix).enumerate() {
         let mut cells = vec![format!("{} {name}", i + 1)];

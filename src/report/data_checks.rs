@@ -163,10 +163,10 @@ pub(super) fn factor_words(factor: f64) -> String {
 pub(super) fn usual_unit(factor: f64) -> Option<&'static str> {
     let is = |other: f64| (factor / other - 1.0).abs() < 1e-3;
     let known = [
-        (1e3, "are they mm where um are stated"),
+        (1e3, "are they mm where µm are stated"),
         (
             25.4,
-            "are they in inches where mm are stated, or mil (0.001 in) where um are",
+            "are they in inches where mm are stated, or mil (0.001 in) where µm are",
         ),
         (
             1.0 / 4.448_221_6,

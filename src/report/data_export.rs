@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::export::tidy::TidyTable;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 /// Tables that were written for other programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -76,14 +76,12 @@ impl DataExportReport {
     #[must_use]
     pub fn document(&self) -> Document {
         let mut document = Document::new();
-        document.rows(
-            &self.tables,
-            &[
-                ("table", &|table| table.name.clone()),
-                ("rows", &|table| table.rows.to_string()),
-                ("columns", &|table| table.columns.len().to_string()),
-                ("a row is", &|table| table.row.clone()),
-            ],
+        document.table(
+            Table::of(&self.tables)
+                .words("table", |table| &table.name)
+                .numbers("rows", |table| table.rows)
+                .numbers("columns", |table| table.columns.len())
+                .words("a row is", |table| &table.row),
         );
         document.paragraph("Written:");
         for file in &self.files {

@@ -1,6 +1,6 @@
 //! What a procedure would show, for people.
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::mismatch::DesignReport;
 
@@ -20,17 +20,16 @@ pub fn design_document(report: &DesignReport) -> Document {
         hours_and_minutes(report.minutes)
     ));
     let rows = report.laws.iter().take(ROWS);
-    document.rows(
-        rows.map(|law| (law, law.nearest.first())),
-        &[
-            ("law and place", &|(law, _)| law.suspect.to_string()),
-            ("found in 80 % from, µm at the end", &|(law, _)| {
+    document.table(
+        Table::of(rows.map(|law| (law, law.nearest.first())))
+            .words("law and place", |(law, _)| law.suspect.to_string())
+            .numbers("found in 80 % from, µm at the end", |(law, _)| {
                 format!("{:.1}", law.end_effect_80_um)
-            }),
-            ("hardest to distinguish from", &|(_, nearest)| {
+            })
+            .words("hardest to distinguish from", |(_, nearest)| {
                 or_dash(*nearest, |one| one.rival.to_string())
-            }),
-            ("distinguished from, µm at the end", &|(law, nearest)| {
+            })
+            .numbers("distinguished from, µm at the end", |(law, nearest)| {
                 if nearest.is_some_and(|rival| rival.never) {
                     return "never".to_owned();
                 }
@@ -39,7 +38,6 @@ pub fn design_document(report: &DesignReport) -> Document {
                     format!("{:.1}", (m * 1e6).max(law.end_effect_80_um))
                 })
             }),
-        ],
     );
     if report.laws.len() > ROWS {
         document.paragraph(format!(

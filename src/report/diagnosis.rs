@@ -1,4 +1,4 @@
-//! A diagnosis for programs, and what its page, appendix and figures are made from.
+//! A diagnosis for programs, and what its document and its figures are made from.
 
 mod answer;
 mod appendix;
@@ -21,16 +21,13 @@ use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::DiagnosisAnswer;
-pub(super) use appendix::detection_limits_document;
-pub use appendix::diagnosis_appendix;
 pub(super) use data_findings::DataFindingKind;
 pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};
 pub use known_effects::{KnownEffectReport, KnownParameter};
 pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
-pub use open_questions::ProposedProcedures;
 pub(super) use open_questions::next_plans;
-pub use page::diagnosis_page;
 pub(super) use page::headline_words;
+pub use page::{DiagnosisDetail, diagnosis_document};
 pub(super) use phrases::{listed, short_phrase};
 pub use summary::{
     ComponentShares, Determination, DiagnosisSummary, FactorChangeReport, FindingReport,

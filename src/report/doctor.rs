@@ -3,7 +3,7 @@
 use crate::count::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 /// Checks of the computer.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -96,13 +96,11 @@ impl DoctorReport {
             CheckState::Failed => "FAILED".to_owned(),
         };
         let mut document = Document::new();
-        document.rows(
-            &self.checks,
-            &[
-                ("state", &state),
-                ("check", &|check| check.name.clone()),
-                ("found", &|check| check.found.clone()),
-            ],
+        document.table(
+            Table::of(&self.checks)
+                .words("state", state)
+                .words("check", |check| &check.name)
+                .words("found", |check| &check.found),
         );
         for check in &self.checks {
             if let Some(remedy) = &check.remedy {

@@ -1,6 +1,6 @@
 //! A fit for people.
 
-use stiffbench_document::{Document, Table, TextColumn, sign_of, table_of};
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FactorStatus, FitMethod, FitOutcome, StatusWord, WeightBasis};
@@ -187,21 +187,16 @@ fn parameter_tables(parameters: &[ParameterReport]) -> Document {
         .partition(|one| one.stiffness_unit.is_some());
     let mut document = Document::new();
     if factors.iter().any(|one| one.status != StatusWord::Fixed) || springs.is_empty() {
-        let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
-            ("parameter", &|one| one.name.clone()),
-            ("start", &|one| significant(one.start, 4)),
-            ("value", &|one| digits(one.value, 4)),
-            ("standard error", &|one| digits(one.se, 2)),
-            ("95 % interval", &|one| islands(one)),
-            ("status", &|one| status_words(one.status, one.moved)),
-        ];
-        if bootstrap {
-            columns.insert(
-                5,
-                ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
-            );
-        }
-        document.rows(factors, &columns);
+        let table = Table::of(factors)
+            .words("parameter", |one| &one.name)
+            .numbers("start", |one| significant(one.start, 4))
+            .numbers("value", |one| digits(one.value, 4))
+            .numbers("standard error", |one| digits(one.se, 2))
+            .numbers("95 % interval", |one| islands(one))
+            .when(bootstrap, |table| {
+                table.numbers("95 %, bootstrap", |one| interval(one.ci95_bootstrap, 4))
+            });
+        document.table(table.words("status", |one| status_words(one.status, one.moved)));
     }
     if springs.is_empty() {
         return document;
@@ -217,27 +212,21 @@ fn parameter_tables(parameters: &[ParameterReport]) -> Document {
             format!("{low} to {high}")
         })
     };
-    let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
-        ("spring", &|one| one.name.clone()),
-        ("compliance, 1e-6", &|one| digits(one.value.map(micro), 4)),
-        ("standard error", &|one| digits(one.se.map(micro), 2)),
-        ("95 % interval", &|one| interval_in_micro(one.ci95)),
-        ("stiffness", &stiffness),
-        ("95 % interval", &of_stiffness),
-        ("unit", &|one| {
-            one.stiffness_unit.clone().unwrap_or_default()
-        }),
-        ("status", &|one| status_words(one.status, one.moved)),
-    ];
-    if bootstrap {
-        columns.insert(
-            4,
-            ("95 %, bootstrap", &|one| {
+    let table = Table::of(springs)
+        .words("spring", |one| &one.name)
+        .numbers("compliance, 1e-6", |one| digits(one.value.map(micro), 4))
+        .numbers("standard error", |one| digits(one.se.map(micro), 2))
+        .numbers("95 % interval", |one| interval_in_micro(one.ci95))
+        .when(bootstrap, |table| {
+            table.numbers("95 %, bootstrap", |one| {
                 interval_in_micro(one.ci95_bootstrap)
-            }),
-        );
-    }
-    document.rows(springs, &columns);
+            })
+        })
+        .numbers("stiffness", stiffness)
+        .numbers("95 % interval", of_stiffness)
+        .words("unit", |one| one.stiffness_unit.clone().unwrap_or_default())
+        .words("status", |one| status_words(one.status, one.moved));
+    document.table(table);
     document
 }
 
@@ -468,15 +457,13 @@ fn derived(derived: &[DerivedQuantity]) -> Document {
     if derived.is_empty() {
         return document;
     }
-    document.rows(
-        derived,
-        &[
-            ("derived", &|one| one.name.clone()),
-            ("from", &|one| one.expression.clone()),
-            ("value", &|one| significant(one.value, 4)),
-            ("standard error", &|one| digits(one.se, 2)),
-            ("95 % interval", &|one| interval(one.ci95, 4)),
-        ],
+    document.table(
+        Table::of(derived)
+            .words("derived", |one| &one.name)
+            .words("from", |one| &one.expression)
+            .numbers("value", |one| significant(one.value, 4))
+            .numbers("standard error", |one| digits(one.se, 2))
+            .numbers("95 % interval", |one| interval(one.ci95, 4)),
     );
     for one in derived {
         if let Some(known) = &one.words {
@@ -518,24 +505,19 @@ fn cells(fit: &FitReport) -> Document {
     let held_out = |cell: &&FittedCellReport| if cell.held_out { "yes" } else { "" }.to_owned();
     let mut document = Document::new();
     if !fit.cells.is_empty() {
-        document.rows(
-            &fit.cells,
-            &[
-                ("pose", &|cell| {
-                    of_session(cell.session.as_ref(), &cell.pose)
-                }),
-                ("direction", &|cell| cell.direction.to_string()),
-                ("measured, N/µm", &|cell| digits(cell.measured.value, 4)),
-                ("predicted, N/µm", &|cell| digits(cell.predicted.value, 4)),
-                ("predicted/measured, %", &|cell| {
+        document.table(
+            Table::of(&fit.cells)
+                .words("pose", |cell| of_session(cell.session.as_ref(), &cell.pose))
+                .words("direction", |cell| &cell.direction)
+                .numbers("measured, N/µm", |cell| digits(cell.measured.value, 4))
+                .numbers("predicted, N/µm", |cell| digits(cell.predicted.value, 4))
+                .numbers("predicted/measured, %", |cell| {
                     format!("{:.2}", cell.ratio_percent)
-                }),
-                if left_out {
-                    ("without its pose, %", &without_its_pose)
-                } else {
-                    ("held out", &held_out)
-                },
-            ],
+                })
+                .when(left_out, |table| {
+                    table.numbers("without its pose, %", without_its_pose)
+                })
+                .when(!left_out, |table| table.words("held out", held_out)),
         );
     }
     if !fit.across.is_empty() {
@@ -563,19 +545,16 @@ fn of_session(session: Option<&String>, pose: &PoseId) -> String {
 
 /// Compliances along other axes than that of the load.
 fn across(fit: &FitReport) -> Table {
-    table_of(
-        &fit.across,
-        &[
-            ("pose", &|one| of_session(one.session.as_ref(), &one.pose)),
-            ("load", &|one| one.load.clone()),
-            ("axis", &|one| one.axis.to_string()),
-            ("measured, µm/N", &|one| digits(one.measured.value, 4)),
-            ("u, µm/N", &|one| {
-                digits(one.measured.standard_uncertainty, 2)
-            }),
-            ("predicted, µm/N", &|one| digits(one.predicted.value, 4)),
-        ],
-    )
+    Table::of(&fit.across)
+        .words("pose", |one| of_session(one.session.as_ref(), &one.pose))
+        .words("load", |one| &one.load)
+        .words("axis", |one| &one.axis)
+        .numbers("measured, µm/N", |one| digits(one.measured.value, 4))
+        .numbers("u, µm/N", |one| {
+            digits(one.measured.standard_uncertainty, 2)
+        })
+        .numbers("predicted, µm/N", |one| digits(one.predicted.value, 4))
+        .into()
 }
 
 /// Base frame and tool point.
@@ -590,17 +569,15 @@ fn frames_table(fitted: &FramesReport) -> Document {
     let mut document = Document::of(
         "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:",
     );
-    document.rows(
-        fitted.parameters.iter().zip(values.as_flattened()),
-        &[
-            ("frame", &|(one, _)| one.name.to_string()),
-            ("value", &|(_, value)| format!("{value:.4}")),
-            ("unit", &|(one, _)| unit(&one.unit)),
-            ("standard error", &|(one, _)| {
+    document.table(
+        Table::of(fitted.parameters.iter().zip(values.as_flattened()))
+            .words("frame", |(one, _)| one.name.to_string())
+            .numbers("value", |(_, value)| format!("{value:.4}"))
+            .words("unit", |(one, _)| unit(&one.unit))
+            .numbers("standard error", |(one, _)| {
                 digits(one.standard_error.map(micro), 2)
-            }),
-            ("unit", &|(one, _)| sign_of(&one.unit)),
-        ],
+            })
+            .words("unit", |(one, _)| sign_of(&one.unit)),
     );
     document
 }
@@ -639,14 +616,12 @@ fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
         (false, false) => "fitted springs without compliance, fitted factors 1",
     };
     let mut document = Document::of(format!("Root mean square error of the {what}:"));
-    document.rows(
-        rows,
-        &[
-            ("pose", &|(name, _)| name.clone()),
-            ("rigid, µm", &|(_, errors)| um(errors[0])),
-            ("fitted, µm", &|(_, errors)| um(errors[1])),
-            ("without its pose, µm", &|(_, errors)| um(errors[2])),
-        ],
+    document.table(
+        Table::of(rows)
+            .words("pose", |(name, _)| name.clone())
+            .numbers("rigid, µm", |(_, errors)| um(errors[0]))
+            .numbers("fitted, µm", |(_, errors)| um(errors[1]))
+            .numbers("without its pose, µm", |(_, errors)| um(errors[2])),
     );
     document.paragraph(format!(
         "Rigid: the robot without the fitted parameters{own} ({without})."

@@ -64,7 +64,7 @@ const MOST_UNUSED: usize = 40;
 /// The first rows of a file, and what its columns were taken for.
 #[must_use]
 pub fn columns_document(columns: &[ColumnGuess]) -> Document {
-    let mut table = Table::new(&["column", "first values", "taken as", "unit", "by"]);
+    let mut table = Table::new(["column", "first values", "taken as", "unit", "by"]);
     let mut unused = 0;
     for column in columns {
         if column.role.is_none() {

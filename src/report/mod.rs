@@ -48,12 +48,11 @@ pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::design_document;
 pub use diagnosis::{
-    ComponentShares, DetectionLimitReport, Determination, DiagnosisSummary, EarlierReport,
-    FactorChangeReport, FindingReport, FittedParameter, IntervalEnd, KnownEffectReport,
-    KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport, ProposedProcedures,
+    ComponentShares, DetectionLimitReport, Determination, DiagnosisDetail, DiagnosisSummary,
+    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, IntervalEnd,
+    KnownEffectReport, KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport,
     QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, SiValue, SlopeReport, Strata,
-    TableValue, UnexplainedReport, UnseenReason, UntestedContrast, diagnosis_appendix,
-    diagnosis_page,
+    TableValue, UnexplainedReport, UnseenReason, UntestedContrast, diagnosis_document,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
@@ -90,7 +89,7 @@ pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
-pub use stiffbench_document::{Document, DocumentBlock, Table, TextColumn, table_of};
+pub use stiffbench_document::{Document, DocumentBlock, Table, numbers, words};
 pub use stiffness::stiffness_document;
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};

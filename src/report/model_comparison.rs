@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::least_squares::SigmaMode;
 use crate::statistics::{f_upper_tail, root_mean_square};
@@ -242,22 +242,20 @@ impl ModelComparison {
     /// The comparison for people.
     pub(super) fn document(&self) -> Document {
         let mut document = Document::of("Models of the same cells; the smallest AICc is best:");
-        document.rows(
-            &self.models,
-            &[
-                ("model", &|one| one.name.clone()),
-                ("mechanism", &|one| one.mechanism.clone()),
-                ("effects", &|one| one.effects.to_string()),
-                ("free", &|one| one.free.to_string()),
-                ("weighted squares", &|one| significant(one.squares, 4)),
-                ("AICc", &|one| digits(one.aicc, 4)),
-                ("above the best", &|one| {
+        document.table(
+            Table::of(&self.models)
+                .words("model", |one| &one.name)
+                .words("mechanism", |one| &one.mechanism)
+                .numbers("effects", |one| one.effects)
+                .numbers("free", |one| one.free)
+                .numbers("weighted squares", |one| significant(one.squares, 4))
+                .numbers("AICc", |one| digits(one.aicc, 4))
+                .numbers("above the best", |one| {
                     or_dash(one.delta_aicc, |more| format!("{more:.1}"))
-                }),
-                ("root mean square error in unseen poses, %", &|one| {
+                })
+                .numbers("root mean square error in unseen poses, %", |one| {
                     digits(one.unseen_rms_percent, 3)
                 }),
-            ],
         );
         if self.models.iter().any(|model| model.effects > 0) {
             document.paragraph("Effects are held fixed: their parameters are not counted.");

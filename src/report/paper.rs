@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::fit::{
     FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
@@ -239,18 +239,16 @@ impl PaperReport {
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
             ));
-            document.rows(
-                have,
-                &[
-                    ("row", &|cell| cell.row.clone()),
-                    ("place", &|cell| cell.place.clone()),
-                    ("quantity", &|cell| cell.quantity.clone()),
-                    ("paper", &|cell| printed(cell.paper)),
-                    ("ours", &|cell| or_dash(cell.ours, printed)),
-                    ("ours/paper", &|cell| {
+            document.table(
+                Table::of(have)
+                    .words("row", |cell| &cell.row)
+                    .words("place", |cell| &cell.place)
+                    .words("quantity", |cell| &cell.quantity)
+                    .numbers("paper", |cell| printed(cell.paper))
+                    .numbers("ours", |cell| or_dash(cell.ours, printed))
+                    .numbers("ours/paper", |cell| {
                         or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
                     }),
-                ],
             );
             add_reasons(&mut document, &cells);
         }
@@ -279,17 +277,15 @@ impl PaperReport {
         let (procedure, joint) = (worst(&self.procedure), worst(&self.joint));
         let what = "fit to the measured stiffness of P1 and P3, validated on P2 and P4";
         let mut document = Document::new();
-        document.rows(
-            [
+        document.table(
+            Table::of([
                 ("the paper's model, as printed", stated),
                 ("its procedure, on this reconstruction", procedure),
                 ("joint least squares, on this reconstruction", joint),
-            ],
-            &[
-                (what, &|(name, _)| (*name).to_owned()),
-                ("largest error", &|(_, [first, _])| first.clone()),
-                ("second", &|(_, [_, second])| second.clone()),
-            ],
+            ])
+            .words(what, |(name, _)| *name)
+            .numbers("largest error", |(_, [first, _])| first.clone())
+            .numbers("second", |(_, [_, second])| second.clone()),
         );
         document
     }

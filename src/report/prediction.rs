@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::export::tidy::csv_of;
 use crate::mismatch::PartModel;
@@ -135,18 +135,16 @@ impl PredictionReport {
         }
         let head = |what: &str| with_unit(what, &self.answer_unit);
         let (zero, rms) = (head("zero"), head("rms about it"));
-        document.rows(
-            &self.runs,
-            &[
-                ("run", &|run| run.run.clone()),
-                ("configuration", &|run| run.configuration.clone()),
-                ("readings", &|run| run.readings.to_string()),
-                (&zero, &|run| number(run.zero)),
-                (&rms, &|run| number(run.rms)),
-                ("within the band", &|run| {
+        document.table(
+            Table::of(&self.runs)
+                .words("run", |run| &run.run)
+                .words("configuration", |run| &run.configuration)
+                .numbers("readings", |run| run.readings)
+                .numbers(zero, |run| number(run.zero))
+                .numbers(rms, |run| number(run.rms))
+                .numbers("within the band", |run| {
                     format!("{:.0} %", 100.0 * run.within_band)
                 }),
-            ],
         );
         document
     }

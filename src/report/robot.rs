@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::analysis::{RobotCheck, stiffness_words};
 use crate::physics::{ActingPhysics, Effect};
@@ -128,28 +128,26 @@ impl RobotReport {
             self.end,
             self.supports.join(", ")
         ));
-        document.rows(
-            &self.mechanisms,
-            &[
-                ("mechanism", &|one| one.name.clone()),
-                ("chains", &|one| one.chains.join(" ")),
-                ("elements", &|one| one.elements.len().to_string()),
-                ("rigid links", &|one| one.rigid_links.len().to_string()),
-                ("joints", &|one| one.joints.len().to_string()),
-            ],
+        document.table(
+            Table::of(&self.mechanisms)
+                .words("mechanism", |one| &one.name)
+                .words("chains", |one| one.chains.join(" "))
+                .numbers("elements", |one| one.elements.len())
+                .numbers("rigid links", |one| one.rigid_links.len())
+                .numbers("joints", |one| one.joints.len()),
         );
-        document.rows(
-            &self.variables,
-            &[
-                ("variable", &|one| one.name.clone()),
-                ("smallest, deg", &|one| one.min_deg.to_string()),
-                ("largest, deg", &|one| one.max_deg.to_string()),
-                ("nominal, deg", &|one| one.nominal_deg.to_string()),
-            ],
+        document.table(
+            Table::of(&self.variables)
+                .words("variable", |one| &one.name)
+                .numbers("smallest, deg", |one| one.min_deg)
+                .numbers("largest, deg", |one| one.max_deg)
+                .numbers("nominal, deg", |one| one.nominal_deg),
         );
-        let names = self.variables.iter().map(|variable| variable.name.as_str());
-        let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
-        let mut rows = Table::new(&heads);
+        let angles = self
+            .variables
+            .iter()
+            .map(|variable| numbers(&variable.name));
+        let mut rows = Table::new(std::iter::once(words("pose")).chain(angles));
         for pose in &self.poses {
             let angles = pose.pose.angles_deg.iter().map(f64::to_string);
             rows.row(std::iter::once(pose.id.to_string()).chain(angles));
@@ -200,18 +198,16 @@ impl MobilityReport {
         let mut document = Document::new();
         if let Some(total) = self.total {
             let equations = |host: bool| if host { "(2) and (3)" } else { "(4) and (5)" };
-            document.rows(
-                &self.chains,
-                &[
-                    ("chain", &|one| one.chain.clone()),
-                    ("n", &|one| one.components.to_string()),
-                    ("g", &|one| one.joints.to_string()),
-                    ("mu", &|one| one.overconstraints.to_string()),
-                    ("nu", &|one| one.redundant_constraints.to_string()),
-                    ("lambda", &|one| one.general_constraints.to_string()),
-                    ("equations", &|one| equations(one.host).to_owned()),
-                    ("F", &|one| one.freedoms.to_string()),
-                ],
+            document.table(
+                Table::of(&self.chains)
+                    .words("chain", |one| &one.chain)
+                    .numbers("n", |one| one.components)
+                    .numbers("g", |one| one.joints)
+                    .numbers("mu", |one| one.overconstraints)
+                    .numbers("nu", |one| one.redundant_constraints)
+                    .numbers("lambda", |one| one.general_constraints)
+                    .words("equations", |one| equations(one.host))
+                    .numbers("F", |one| one.freedoms),
             );
             document.paragraph(format!("Total by eq. (1): F = {total}."));
         } else {
@@ -219,17 +215,15 @@ impl MobilityReport {
                 "No body of the robot file names its `chain`, so eqs. (1) to (5) do not apply.",
             );
         }
-        document.rows(
-            &self.mechanisms,
-            &[
-                ("mechanism", &|one| one.mechanism.clone()),
-                ("joints", &|one| one.rank_check.joints.to_string()),
-                ("loops", &|one| one.rank_check.loops.to_string()),
-                ("rank of 6 x loops conditions", &|one| {
+        document.table(
+            Table::of(&self.mechanisms)
+                .words("mechanism", |one| &one.mechanism)
+                .numbers("joints", |one| one.rank_check.joints)
+                .numbers("loops", |one| one.rank_check.loops)
+                .numbers("rank of 6 x loops conditions", |one| {
                     one.rank_check.rank.to_string()
-                }),
-                ("freedoms", &|one| one.rank_check.freedoms.to_string()),
-            ],
+                })
+                .numbers("freedoms", |one| one.rank_check.freedoms),
         );
         document.paragraph("The second table is the rank of the loop-closure conditions in the first pose of the robot.");
         document
@@ -277,8 +271,8 @@ impl ComplianceReport {
     /// The effects beside the beams, the end compliance and the stiffness along each axis.
     #[must_use]
     pub fn document(&self) -> Document {
-        let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
-        let mut rows = Table::new(&heads);
+        let columns = self.columns.map(numbers);
+        let mut rows = Table::new(std::iter::once(words("")).chain(columns));
         for (name, row) in self.rows.iter().zip(&self.compliance) {
             let entries = row.map(|entry| match entry {
                 Some(entry) => format!("{entry:.6e}"),
@@ -320,19 +314,17 @@ pub fn robot_check_document(check: &RobotCheck) -> Document {
     let stiffness = |compliance| stiffness_words(compliance, &|k| format!("{k:.5}"));
     let mark = |is_plausible: bool| if is_plausible { "yes" } else { "no" }.to_owned();
     let mut document = Document::new();
-    document.rows(
-        &check.checked,
-        &[
-            ("mechanism", &|one| one.mechanism.clone()),
-            ("pose", &|one| one.pose.clone()),
-            ("tool x, y, z, m", &|one| {
+    document.table(
+        Table::of(&check.checked)
+            .words("mechanism", |one| &one.mechanism)
+            .words("pose", |one| &one.pose)
+            .numbers("tool x, y, z, m", |one| {
                 one.tool_m.map(|m| format!("{m:.3}")).join(", ")
-            }),
-            ("Kx, N/µm", &|one| stiffness(one.compliance_m_per_n[0])),
-            ("Ky, N/µm", &|one| stiffness(one.compliance_m_per_n[1])),
-            ("Kz, N/µm", &|one| stiffness(one.compliance_m_per_n[2])),
-            ("plausible", &|one| or_dash(one.plausible, mark)),
-        ],
+            })
+            .numbers("Kx, N/µm", |one| stiffness(one.compliance_m_per_n[0]))
+            .numbers("Ky, N/µm", |one| stiffness(one.compliance_m_per_n[1]))
+            .numbers("Kz, N/µm", |one| stiffness(one.compliance_m_per_n[2]))
+            .words("plausible", |one| or_dash(one.plausible, mark)),
     );
     if let Some(reach) = check.reach_m {
         document.item(format!("Reach in these poses: {reach:.3} m."));

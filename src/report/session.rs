@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::{Document, Table, sign_of};
+use stiffbench_document::{Document, Table, numbers, sign_of, words};
 
 use crate::fit::{BestPoses, ProposedWithin};
 use crate::load_direction::LoadDirection;
@@ -103,7 +103,11 @@ impl PlanReport {
 /// The standard errors to be expected in poses that were chosen for it, as a table.
 #[must_use]
 pub fn best_poses_document(best: &BestPoses) -> Document {
-    let mut rows = Table::new(&["parameter", "expected standard error", "unit"]);
+    let mut rows = Table::new([
+        words("parameter"),
+        numbers("expected standard error"),
+        words("unit"),
+    ]);
     for (parameter, error) in &best.errors {
         rows.row([
             parameter.to_string(),
@@ -114,7 +118,7 @@ pub fn best_poses_document(best: &BestPoses) -> Document {
             sign_of(parameter.unit()),
         ]);
     }
-    let mut poses = Table::new(&["pose", "tool at x, y, z, mm"]);
+    let mut poses = Table::new([words("pose"), numbers("tool at x, y, z, mm")]);
     for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
         poses.row([named.id.to_string(), tool_words(*tool_m)]);
     }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::fit::{Scope, SectionSignificance, SequenceStep};
 use crate::robot::FittingFactors;
@@ -137,17 +137,15 @@ impl SignificanceReport {
             left.map_or_else(String::new, |left| percent(left.each()[axis]))
         };
         let mut document = Document::new();
-        document.rows(
-            constants.into_iter().chain(links),
-            &[
-                ("constant", &|(name, ..)| (*name).to_owned()),
-                ("x: % left", &|(_, of, _)| left(*of, 0)),
-                ("y: % left", &|(_, of, _)| left(*of, 1)),
-                ("z: % left", &|(_, of, _)| left(*of, 2)),
-                ("x: share, %", &|(.., share)| percent(share.x)),
-                ("y: share, %", &|(.., share)| percent(share.y)),
-                ("z: share, %", &|(.., share)| percent(share.z)),
-            ],
+        document.table(
+            Table::of(constants.into_iter().chain(links))
+                .words("constant", |(name, ..)| *name)
+                .numbers("x: % left", |(_, of, _)| left(*of, 0))
+                .numbers("y: % left", |(_, of, _)| left(*of, 1))
+                .numbers("z: % left", |(_, of, _)| left(*of, 2))
+                .numbers("x: share, %", |(.., share)| percent(share.x))
+                .numbers("y: share, %", |(.., share)| percent(share.y))
+                .numbers("z: share, %", |(.., share)| percent(share.z)),
         );
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
@@ -173,18 +171,16 @@ impl SignificanceReport {
             return document;
         }
         let percent = |part: f64| format!("{:.2}", 100.0 * part);
-        document.rows(
-            &self.further,
-            &[
-                ("parameter", &|one| with_unit(&one.name, &one.unit)),
-                ("value", &|one| significant(one.value, 4)),
-                ("x: share, %", &|one| percent(one.share.x)),
-                ("y: share, %", &|one| percent(one.share.y)),
-                ("z: share, %", &|one| percent(one.share.z)),
-                ("x: 1 % at", &|one| digits(one.adds_one_percent_at.x, 3)),
-                ("y: 1 % at", &|one| digits(one.adds_one_percent_at.y, 3)),
-                ("z: 1 % at", &|one| digits(one.adds_one_percent_at.z, 3)),
-            ],
+        document.table(
+            Table::of(&self.further)
+                .words("parameter", |one| with_unit(&one.name, &one.unit))
+                .numbers("value", |one| significant(one.value, 4))
+                .numbers("x: share, %", |one| percent(one.share.x))
+                .numbers("y: share, %", |one| percent(one.share.y))
+                .numbers("z: share, %", |one| percent(one.share.z))
+                .numbers("x: 1 % at", |one| digits(one.adds_one_percent_at.x, 3))
+                .numbers("y: 1 % at", |one| digits(one.adds_one_percent_at.y, 3))
+                .numbers("z: 1 % at", |one| digits(one.adds_one_percent_at.z, 3)),
         );
         document.paragraph(
             "Share: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.",

@@ -2,7 +2,7 @@
 
 use indexmap::IndexSet;
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
@@ -32,27 +32,25 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
         let methods = [Method::Regression, Method::PaperMean];
         (cell, methods.map(|method| printed(&reported(cell, method))))
     });
-    document.rows(
-        rows,
-        &[
-            ("pose", &|(row, _)| row.cell.pose.to_string()),
-            ("direction", &|(row, _)| row.cell.direction.to_string()),
-            ("runs", &|(row, _)| row.n_runs.to_string()),
-            ("K regression, N/µm", &|(row, [own, _])| {
+    document.table(
+        Table::of(rows)
+            .words("pose", |(row, _)| row.cell.pose.to_string())
+            .words("direction", |(row, _)| row.cell.direction.to_string())
+            .numbers("runs", |(row, _)| row.n_runs.to_string())
+            .numbers("K regression, N/µm", |(row, [own, _])| {
                 own[0].clone() + if is_in_doubt(row) { IN_DOUBT } else { "" }
-            }),
-            ("U", &|(_, [own, _])| own[1].clone()),
-            ("k", &|(_, [own, _])| own[2].clone()),
-            ("dof", &|(_, [own, _])| own[3].clone()),
-            ("K mean of F/d, N/µm", &|(_, [_, paper])| paper[0].clone()),
-            ("U", &|(_, [_, paper])| paper[1].clone()),
-            ("k", &|(_, [_, paper])| paper[2].clone()),
-            ("zero offset, µm", &|(row, _)| {
+            })
+            .numbers("U", |(_, [own, _])| own[1].clone())
+            .numbers("k", |(_, [own, _])| own[2].clone())
+            .numbers("dof", |(_, [own, _])| own[3].clone())
+            .numbers("K mean of F/d, N/µm", |(_, [_, paper])| paper[0].clone())
+            .numbers("U", |(_, [_, paper])| paper[1].clone())
+            .numbers("k", |(_, [_, paper])| paper[2].clone())
+            .numbers("zero offset, µm", |(row, _)| {
                 or_dash(row.zero_offset_m(), |offset| {
                     format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0)
                 })
             }),
-        ],
     );
     document.paragraph(ABOUT_UNCERTAINTY);
     document.paragraph(scatter_words(table.pooled_scatter.as_ref()));
@@ -197,12 +195,8 @@ pub(super) fn budget_document(table: &StiffnessTable) -> Document {
         let distribution = format!("{:?}", row.distribution).to_lowercase();
         format!("{} ({:?}, {distribution})", row.source, row.evaluation)
     });
-    let heads = std::iter::once("pose, direction".to_owned()).chain(sources);
-    let heads: Vec<String> = heads
-        .chain(["combined", "dof"].map(str::to_owned))
-        .collect();
-    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
-    let mut rows = Table::new(&heads);
+    let columns = std::iter::once(words("pose, direction")).chain(sources.map(numbers));
+    let mut rows = Table::new(columns.chain(["combined", "dof"].map(numbers)));
     for (row, one) in &found {
         let own = counted
             .iter()

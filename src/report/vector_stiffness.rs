@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, TableColumn, numbers, words};
 
 use crate::analysis::{AxisValues, VectorStiffness, VectorStiffnessCell};
 use crate::reported::Reported;
@@ -66,7 +66,11 @@ impl VectorStiffnessReport {
         });
         let values = ["x, µm/N", "y, µm/N", "z, µm/N", "K along the load, N/µm"];
         let mut document = Document::new();
-        document.table(table_with_u(["pose", "load along", "runs"], &values, rows));
+        document.table(table_with_u(
+            [words("pose"), words("load along"), numbers("runs")],
+            &values,
+            rows,
+        ));
         document.paragraph(
             "Displacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes. \
              U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines; \
@@ -92,18 +96,21 @@ fn static_compliance(rows: &[StaticComplianceRow]) -> Table {
         (named, vec![x, y, z])
     });
     let values = ["x, mm/N", "y, mm/N", "z, mm/N"];
-    table_with_u(["pose", "force along", "force, N"], &values, rows)
+    table_with_u(
+        [words("pose"), words("force along"), numbers("force, N")],
+        &values,
+        rows,
+    )
 }
 
 /// A table of values, each with its expanded uncertainty.
 fn table_with_u<'r>(
-    names: [&str; 3],
+    names: [TableColumn; 3],
     values: &[&str],
     rows: impl Iterator<Item = ([String; 3], Vec<&'r Reported>)>,
 ) -> Table {
-    let heads = values.iter().flat_map(|value| [*value, "U"]);
-    let heads: Vec<&str> = names.into_iter().chain(heads).collect();
-    let mut table = Table::new(&heads);
+    let columns = values.iter().flat_map(|value| [*value, "U"].map(numbers));
+    let mut table = Table::new(names.into_iter().chain(columns));
     for (named, values) in rows {
         let values = values
             .into_iter()

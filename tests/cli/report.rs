@@ -29,8 +29,11 @@ fn answer(data: &Value) -> String {
 fn rows<'d>(data: &'d Value, heads: &[&str]) -> &'d [Value] {
     let mut blocks = data["body"].as_array().unwrap().iter();
     let table = blocks.find(|block| {
-        let own = block["head"].as_array();
-        own.is_some_and(|own| heads.iter().all(|head| own.contains(&(*head).into())))
+        let columns = block["columns"].as_array();
+        columns.is_some_and(|columns| {
+            let has = |head: &&str| columns.iter().any(|column| column["head"] == **head);
+            heads.iter().all(has)
+        })
     });
     table.unwrap()["rows"].as_array().unwrap()
 }

@@ -143,7 +143,9 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
         |p| {
             let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
             let mut blocks = data["body"].as_array().unwrap().iter();
-            let table = blocks.find(|block| block["head"][3] == "K, N/µm").unwrap();
+            let table = blocks
+                .find(|block| block["columns"][3]["head"] == "K, N/µm")
+                .unwrap();
             let k = table["rows"][0][3].as_str().unwrap();
             p.replace(&format!(">{k}</td>"), &format!(">9{k}</td>"))
                 .replace(&format!("\"{k}\""), &format!("\"9{k}\""))

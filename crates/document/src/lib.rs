@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use markup::{Markup, misleads};
-pub use table::{ColumnKind, Table, TableCell, TextColumn, table_of};
+pub use table::{ColumnKind, Table, TableCell, TableColumn, TableOf, numbers, words};
 pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.
@@ -63,6 +63,9 @@ pub enum DocumentBlock {
     /// A table.
     Table(Table),
 }
+
+/// A column of words, and what it shows of a row.
+pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
 /// What a paragraph is that stands out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
@@ -195,13 +198,16 @@ impl Document {
     }
 
     /// Adds a table.
-    pub fn table(&mut self, table: Table) {
-        self.blocks.push(DocumentBlock::Table(table.with_kinds()));
+    pub fn table(&mut self, table: impl Into<Table>) {
+        self.blocks.push(DocumentBlock::Table(table.into()));
     }
 
-    /// Adds a table of rows.
+    /// Adds a table of words.
     pub fn rows<T>(&mut self, rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) {
-        self.table(table_of(rows, columns));
+        let table = columns.iter().fold(Table::of(rows), |table, (head, cell)| {
+            table.words(*head, cell)
+        });
+        self.table(table);
     }
 
     /// Adds another document; its list goes on the one at the end.

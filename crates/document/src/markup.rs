@@ -178,7 +178,7 @@ mod tests {
                 Json::Object(block) => {
                     for (_, part) in block
                         .iter()
-                        .filter(|(key, _)| !["kind", "note", "columns"].contains(&key.as_str()))
+                        .filter(|(key, _)| !["kind", "note"].contains(&key.as_str()))
                     {
                         all(part, texts);
                     }
@@ -248,7 +248,7 @@ mod tests {
             for item in &items {
                 document.item(item);
             }
-            let mut table = Table::new(&["name", "value", "unit"]);
+            let mut table = Table::new(["name", "value", "unit"]);
             for row in rows.chunks(3) {
                 table.row(row.to_vec());
             }

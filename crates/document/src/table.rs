@@ -1,19 +1,28 @@
 //! Tables, which a terminal prints as Markdown.
 
+use std::fmt::Display;
+
 use comfy_table::CellAlignment;
 use comfy_table::presets::ASCII_MARKDOWN;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A table of text cells; columns with numbers are right-aligned, but for the first.
+/// A table of text cells.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Table {
-    /// Its column heads.
-    head: Vec<String>,
-    /// What stands in each column.
-    columns: Vec<ColumnKind>,
+    /// Its columns.
+    columns: Vec<TableColumn>,
     /// Its rows.
     rows: Vec<Vec<TableCell>>,
+}
+
+/// A column of a table. A head alone is a column of words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct TableColumn {
+    /// What stands above it, with the unit of its numbers.
+    pub head: String,
+    /// What stands in it.
+    pub kind: ColumnKind,
 }
 
 /// What stands in a column.
@@ -24,6 +33,26 @@ pub enum ColumnKind {
     Words,
     /// Numbers, which end on the right.
     Numbers,
+}
+
+/// A column of words.
+#[must_use]
+pub fn words(head: impl Into<String>) -> TableColumn {
+    let (head, kind) = (head.into(), ColumnKind::Words);
+    TableColumn { head, kind }
+}
+
+/// A column of numbers.
+#[must_use]
+pub fn numbers(head: impl Into<String>) -> TableColumn {
+    let (head, kind) = (head.into(), ColumnKind::Numbers);
+    TableColumn { head, kind }
+}
+
+impl<S: AsRef<str> + ?Sized> From<&S> for TableColumn {
+    fn from(head: &S) -> Self {
+        words(head.as_ref())
+    }
 }
 
 /// A cell of a table.
@@ -54,21 +83,28 @@ impl TableCell {
     }
 }
 
-impl From<String> for TableCell {
-    fn from(text: String) -> Self {
-        Self::Plain(text)
+impl<D: Display> From<D> for TableCell {
+    fn from(text: D) -> Self {
+        Self::Plain(text.to_string())
     }
 }
 
 impl Table {
-    /// A table with these column heads.
+    /// A table with these columns.
     #[must_use]
-    pub fn new(heads: &[&str]) -> Self {
+    pub fn new(columns: impl IntoIterator<Item: Into<TableColumn>>) -> Self {
         Self {
-            head: heads.iter().map(|&head| head.to_owned()).collect(),
-            columns: vec![ColumnKind::Words; heads.len()],
+            columns: columns.into_iter().map(Into::into).collect(),
             rows: Vec::new(),
         }
+    }
+
+    /// A table without columns, with a row for each of these things.
+    pub fn of<T>(things: impl IntoIterator<Item = T>) -> TableOf<T> {
+        let things: Vec<T> = things.into_iter().collect();
+        let (columns, rows) = (Vec::new(), vec![Vec::new(); things.len()]);
+        let table = Self { columns, rows };
+        TableOf { things, table }
     }
 
     /// Adds a row.
@@ -76,34 +112,14 @@ impl Table {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 
-    /// With the kinds of its columns.
-    pub(crate) fn with_kinds(self) -> Self {
-        Self {
-            columns: self.kinds(),
-            ..self
-        }
-    }
-
-    /// The kinds of the columns, from their cells; the first names the rows.
-    fn kinds(&self) -> Vec<ColumnKind> {
-        let kind = |place| {
-            if place > 0 && self.is_of_numbers(place) {
-                ColumnKind::Numbers
-            } else {
-                ColumnKind::Words
-            }
-        };
-        (0..self.head.len()).map(kind).collect()
-    }
-
     /// As a terminal shows it, each line ended.
     #[must_use]
     pub fn text(&self) -> String {
         let mut table = comfy_table::Table::new();
         table.load_style(ASCII_MARKDOWN);
-        table.set_header(self.head.iter().map(|head| in_one_cell(head)));
-        for (column, kind) in table.column_iter_mut().zip(self.kinds()) {
-            column.set_cell_alignment(match kind {
+        table.set_header(self.columns.iter().map(|column| in_one_cell(&column.head)));
+        for (shown, column) in table.column_iter_mut().zip(&self.columns) {
+            shown.set_cell_alignment(match column.kind {
                 ColumnKind::Numbers => CellAlignment::Right,
                 ColumnKind::Words => CellAlignment::Left,
             });
@@ -113,41 +129,55 @@ impl Table {
         }
         format!("{table}\n")
     }
+}
 
-    /// Whether a column is of numbers: as many cells begin with one as do not, or all others are a single word in the place of one, such as
-    /// `never`. A dash stands for either.
-    fn is_of_numbers(&self, place: usize) -> bool {
-        let cells = self.rows.iter().filter_map(|row| row.get(place));
-        let cells = cells.map(TableCell::text);
-        let cells = cells.map(|cell| cell.trim_start_matches(['-', '+', '<', ' ']));
-        let cells: Vec<&str> = cells.filter(|cell| !cell.is_empty()).collect();
-        let begin = cells.iter().filter(|cell| begins_with_number(cell)).count();
-        let is_filled = |cell: &&str| is_number(cell) || !cell.contains(' ');
-        2 * begin >= cells.len()
-            || cells.iter().any(|cell| is_number(cell)) && cells.iter().all(is_filled)
+/// A table that is made column by column from things, each of which has a row.
+#[derive(Debug)]
+pub struct TableOf<T> {
+    things: Vec<T>,
+    table: Table,
+}
+
+impl<T> TableOf<T> {
+    /// Adds a column of words.
+    #[must_use]
+    pub fn words<C: Into<TableCell>>(
+        self,
+        head: impl Into<String>,
+        cell: impl Fn(&T) -> C,
+    ) -> Self {
+        self.column(words(head), cell)
+    }
+
+    /// Adds a column of numbers.
+    #[must_use]
+    pub fn numbers<C: Into<TableCell>>(
+        self,
+        head: impl Into<String>,
+        cell: impl Fn(&T) -> C,
+    ) -> Self {
+        self.column(numbers(head), cell)
+    }
+
+    /// Adds columns if a condition holds.
+    #[must_use]
+    pub fn when(self, holds: bool, add: impl FnOnce(Self) -> Self) -> Self {
+        if holds { add(self) } else { self }
+    }
+
+    fn column<C: Into<TableCell>>(mut self, column: TableColumn, cell: impl Fn(&T) -> C) -> Self {
+        self.table.columns.push(column);
+        for (row, thing) in self.table.rows.iter_mut().zip(&self.things) {
+            row.push(cell(thing).into());
+        }
+        self
     }
 }
 
-fn begins_with_number(cell: &str) -> bool {
-    cell.starts_with(|first: char| first.is_ascii_digit() || first == '∞')
-}
-
-/// Whether a cell holds digits, and no letters but those of powers of ten and of an interval.
-fn is_number(cell: &str) -> bool {
-    begins_with_number(cell) && !cell.contains(|c: char| c.is_alphabetic() && !"eto".contains(c))
-}
-
-/// A column of a table: its head, and what it shows of a row.
-pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
-
-/// A table of rows.
-pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) -> Table {
-    let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
-    let mut table = Table::new(&heads);
-    for row in rows {
-        table.row(columns.iter().map(|(_, cell)| cell(&row)));
+impl<T> From<TableOf<T>> for Table {
+    fn from(made: TableOf<T>) -> Self {
+        made.table
     }
-    table
 }
 
 /// A text as a cell: no bar in it ends the cell, and no line the row.
@@ -161,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_table_is_markdown() {
-        let mut table = Table::new(&["pose", "K"]);
+        let mut table = Table::new([words("pose"), numbers("K")]);
         table.row(["P|1".to_owned(), "0.5".to_owned()]);
         insta::assert_snapshot!(table.text(), @r"
         | pose |   K |
@@ -172,7 +202,7 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_on_the_right_and_words_on_the_left() {
-        let mut table = Table::new(&["pose", "K", "state"]);
+        let mut table = Table::new([words("pose"), numbers("K"), words("state")]);
         for row in [
             ["P1", "-0.5", "known"],
             ["P2", "-", "21 open"],

@@ -107,7 +107,7 @@ mod tests {
     use insta::assert_snapshot;
 
     use super::*;
-    use crate::Table;
+    use crate::{Table, numbers};
 
     #[test]
     fn blocks_are_apart() {
@@ -115,7 +115,7 @@ mod tests {
         document.paragraph("One of these.");
         document.item("first");
         document.item("second");
-        let mut table = Table::new(&["a", "b"]);
+        let mut table = Table::new(["a", "b"].map(numbers));
         table.row(["1".to_owned(), "2".to_owned()]);
         document.table(table);
         document.paragraph("A note.");

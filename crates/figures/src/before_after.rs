@@ -128,8 +128,8 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
         ResidualsAgainst::Order => Axis::linear("reading number", ""),
     };
     let y = match row {
-        PanelRow::Before => "residual before",
-        PanelRow::After => "residual after",
+        PanelRow::Before => "residual, without",
+        PanelRow::After => "residual, with",
     };
     let (title, label) = if *has_directions {
         (format!("{direction}: {rms}"), direction.to_string())
@@ -241,7 +241,7 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
     let overall = all(PanelRow::Before)
         .zip(all(PanelRow::After))
         .map(|(before, after)| {
-            format!("All directions together: rms {before} before, {after} after.")
+            format!("All directions together: rms {before} without, {after} with.")
         });
     let unknown = input
         .points
@@ -250,8 +250,8 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
         .count();
     joined([
         Some(format!(
-            "n\u{a0}=\u{a0}{} readings, one point each, no bars; residual: measured minus predicted {}. Before and \
-             after have the same scale{}.",
+            "n\u{a0}=\u{a0}{} readings, one point each, no bars; residual: measured minus predicted {}. Both rows \
+             have the same scale{}.",
             input.points.len(),
             reading.name,
             if several {
@@ -288,7 +288,7 @@ fn within(input: &ResidualsBeforeAfter) -> Option<String> {
     };
     let (before, after) = share(PanelRow::Before).zip(share(PanelRow::After))?;
     Some(format!(
-        "Within one standard deviation of their own: {before:.0}\u{a0}% before, {after:.0}\u{a0}% after; normal noise alone leaves \
+        "Within one standard deviation of their own: {before:.0}\u{a0}% without, {after:.0}\u{a0}% with; normal noise alone leaves \
          {WITHIN_ONE_SD_PERCENT:.0}\u{a0}%."
     ))
 }
@@ -373,7 +373,7 @@ mod tests {
         let caption = residuals_before_after(&input())
             .caption
             .replace('\u{a0}', " ");
-        assert!(caption.contains("33 % before, 67 % after"), "{caption}");
+        assert!(caption.contains("33 % without, 67 % with"), "{caption}");
         assert!(caption.contains("1 reading has no standard deviation"));
         assert!(caption.contains("The hollow point is flagged."));
         let svg = residuals_before_after(&input()).to_svg();

@@ -28,7 +28,7 @@ pub struct DetectionLimits {
     pub reading: AxisQuantity,
 }
 
-/// The smallest effect of a law at a place that is found in 80 % of benches.
+/// The smallest effect of a law at a place that is found in 80 % of sessions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DetectionLimitBar {
     /// Name of the law.
@@ -64,7 +64,7 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
         Axis {
             range,
             ..Axis::log10(
-                "smallest end effect found in 80 % of benches",
+                "smallest end effect found in 80 % of sessions",
                 &input.reading.unit,
             )
         },
@@ -248,7 +248,7 @@ fn caption(rows: &[LawRow<'_>], reading: &AxisQuantity) -> String {
     let unknown: usize = rows.iter().map(|row| row.unknown).sum();
     joined([
         Some(format!(
-            "End effect: largest change of a reading{unit}; the number stands beside its place. No bars."
+            "End effect: largest change of a reading{unit}; the number stands beside its place. A line joins the best and the worst place of a law."
         )),
         if_any(
             unknown,

@@ -120,7 +120,7 @@ impl AlikeBand {
     }
 }
 
-/// The figure: a bar for each candidate, the best at the top; in the pale band below the best those that look alike are indistinguishable.
+/// The figure: a bar for each candidate, the best at the top; those that look alike are indistinguishable beyond the line below the best.
 #[must_use]
 pub fn evidence_bars(input: &EvidenceBars) -> Figure {
     let mut candidates: Vec<&EvidenceCandidate> = input
@@ -183,17 +183,15 @@ fn panel(candidates: &[&EvidenceCandidate], band: AlikeBand) -> Panel {
         },
     );
     if !candidates.is_empty() {
+        // A line and no ground: texts beside bars cross it.
+        let ends = [-0.5, candidates.len() as f64 - 0.5].map(|row| [band.lowest(), row]);
         panel.series.push(Series::labelled(
             format!(
-                "within {} of the best: indistinguishable if alike",
+                "{} below the best: beyond it those alike are indistinguishable",
                 band.width
             ),
-            Style::new(Colour::FAINT, Marker::Square),
-            Marks::Polygons(vec![Polygon::rectangle(
-                [band.lowest(), band.best],
-                [-0.5, candidates.len() as f64 - 0.5],
-                Colour::FAINT,
-            )]),
+            Style::new(Colour::GREY, Marker::Dash).stroke(1.2).dashed(),
+            Marks::Segments(vec![ends]),
         ));
     }
     for look in BarLook::FILLED {
@@ -387,12 +385,21 @@ mod tests {
         }
     }
 
+    /// Where the line below the best stands.
+    fn line(figure: &Figure) -> f64 {
+        let series = figure.panels[0].series.iter();
+        let mut labelled = series.filter(|series| series.label.is_some());
+        let lines = labelled.find_map(|series| match &series.marks {
+            Marks::Segments(lines) => Some(lines),
+            _ => None,
+        });
+        lines.unwrap()[0][0][0]
+    }
+
     #[test]
-    fn the_band_reaches_five_below_the_best_possible_candidate() {
+    fn the_line_stands_five_below_the_best_possible_candidate() {
         let figure = evidence_bars(&input());
-        let band = bars(&figure, "within 5 of the best: indistinguishable if alike");
-        let ends: Vec<f64> = band[0].corners.iter().map(|corner| corner[0]).collect();
-        assert_eq!(ends, [36.0, 41.0, 41.0, 36.0]);
+        assert_eq!(line(&figure), 36.0);
         assert_eq!(bars(&figure, "named")[0].corners[1], [41.0, 1.0 - HALF_BAR]);
         let not_apart = bars(&figure, "rival within 5, unlike it");
         assert_eq!(not_apart.len(), 1);
@@ -415,7 +422,7 @@ mod tests {
             ["60.0, impossible: play < 0", "41.0", "39.0", "12.0", "−2.5"]
         );
         let hatched = figure.panels[0].series.iter().find_map(|s| match &s.marks {
-            Marks::Segments(lines) => Some(lines),
+            Marks::Segments(lines) if s.label.is_none() => Some(lines),
             _ => None,
         });
         let lines = hatched.unwrap();
@@ -439,9 +446,7 @@ mod tests {
             candidates: vec![candidate("creep", -2.5, CandidateDecision::Rival)],
             alike_within: 5.0,
         });
-        let band = bars(&figure, "within 5 of the best: indistinguishable if alike");
-        assert_eq!(band[0].corners[0][0], -5.0);
-        assert_eq!(band[0].corners[1][0], 0.0);
+        assert_eq!(line(&figure), -5.0);
     }
 
     #[test]

@@ -4,6 +4,9 @@ use super::caption::{if_any, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Polygon, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 
+/// Colour of what the bounds allow.
+const ALLOWED: Colour = Colour::GREY.with_opacity(0.5);
+
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorIntervals {
@@ -88,12 +91,12 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         .filter_map(|(place, factor)| {
             let place = place as f64;
             let across = [place - 0.3, place + 0.3];
-            Some(Polygon::rectangle(factor.bounds?, across, Colour::FAINT))
+            Some(Polygon::rectangle(factor.bounds?, across, ALLOWED))
         })
         .collect();
     panel.push(Series::labelled(
         "allowed by the bounds",
-        Style::new(Colour::FAINT, Marker::Square),
+        Style::new(ALLOWED, Marker::Square),
         Marks::Polygons(bounds),
     ));
     for fate in FactorFate::ALL {
@@ -119,7 +122,7 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         .count();
     let apart = input.factors.iter().filter(|f| f.ci95.len() > 1).count();
     let caption = joined([
-        Some("Bars: 95 % intervals of the fitted factors.".to_owned()),
+        Some("Bars: 95 % intervals of the fitted factors. A bar shorter than its point is covered by it.".to_owned()),
         if_any(
             apart,
             "Several bars beside each other are separate parts of one interval; values between them are excluded.".to_owned(),

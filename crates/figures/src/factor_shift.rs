@@ -62,8 +62,8 @@ pub fn factor_shift(input: &FactorShift) -> Figure {
     }
     let before = Style::new(qualitative(1), Marker::Circle);
     let after = Style::new(qualitative(0), Marker::Square);
-    push_values(&mut panel, input, ("before", before, -ASIDE), |f| f.before);
-    push_values(&mut panel, input, ("after", after, ASIDE), |f| f.after);
+    push_values(&mut panel, input, ("without", before, -ASIDE), |f| f.before);
+    push_values(&mut panel, input, ("with", after, ASIDE), |f| f.after);
     Figure {
         panel_px: [400.0, 36.0 * input.factors.len().max(2) as f64],
         panels: vec![panel],
@@ -130,7 +130,7 @@ fn caption(input: &FactorShift) -> String {
         .count();
     joined([
         Some(
-            "Bars: 95 % intervals; one shorter than its point is covered by it. The names carry the values before and after."
+            "Bars: 95 % intervals; one shorter than its point is covered by it. The names carry the values without and with what was found."
                 .to_owned(),
         ),
         Some(format!(

@@ -107,13 +107,13 @@ fn push_floor(panel: &mut Panel, input: &HeldOutError) {
 fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
     let (label, style) = if after {
         (
-            "after",
+            "with",
             Style::new(qualitative(0), Marker::Square).marker_size(4.2),
         )
     } else {
         // Larger, so that it shows behind the other where the errors agree.
         (
-            "before",
+            "without",
             Style::new(qualitative(1), Marker::Circle).marker_size(5.6),
         )
     };
@@ -199,8 +199,8 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        assert_eq!(points("before"), [12.0, 1.0]);
-        assert_eq!(points("after"), [7.0, 1.0]);
+        assert_eq!(points("without"), [12.0, 1.0]);
+        assert_eq!(points("with"), [7.0, 1.0]);
         let texts: Vec<&str> = figure.panels[0]
             .notes
             .iter()

@@ -56,7 +56,7 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
         colour,
         text: percent(ends[1] - ends[0]),
     };
-    let mut bars = vec![bar("before", [0.0, 1.0], Colour::GREY)];
+    let mut bars = vec![bar("without findings", [0.0, 1.0], Colour::GREY)];
     let mut level = 1.0;
     for step in &input.found {
         let below = level - step.explained;
@@ -72,7 +72,11 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
     bars.push(bar("left", [0.0, input.left], qualitative(1)));
     let is_drawn = input.noise <= MOST_NOISE;
     if is_drawn {
-        bars.push(bar("noise alone", [0.0, input.noise], Colour::FAINT));
+        bars.push(bar(
+            "noise alone",
+            [0.0, input.noise],
+            Colour::GREY.with_opacity(0.5),
+        ));
     }
     let longest = bars.iter().map(|bar| bar.ends[1]).fold(1.0, f64::max);
     let names = bars.iter().map(|bar| bar.name.clone()).collect();
@@ -107,13 +111,9 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
         })
         .collect();
     let noise = format!(
-        "Noise alone leaves {} of it in any model{}",
+        "Beside the misfit, noise adds {} of it to the squares of any model{}.",
         percent(input.noise),
-        if is_drawn {
-            "."
-        } else {
-            ", which is not drawn."
-        }
+        if is_drawn { "" } else { ", which is not drawn" }
     );
     Figure {
         panel_px: [WIDTH_PX, ROW_PX * bars.len() as f64],
@@ -122,8 +122,8 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
             "Share of the misfit that was explained",
             joined([
                 Some(
-                    "Misfit: weighted squares of the residuals beyond their degrees of freedom. Each bar: what the finding explains beyond those \
-                     before it."
+                    "Misfit: weighted squares of the residuals beyond their degrees of freedom. Bar of a finding: what it explains beyond \
+                     those before it."
                         .to_owned(),
                 ),
                 Some(noise),

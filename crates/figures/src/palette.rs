@@ -1,5 +1,8 @@
 //! Colours and markers that are distinguishable with colour blindness and in grey.
 
+/// Luminance to which black and white have the same contrast: (1 + 0.05)/(L + 0.05) = (L + 0.05)/0.05.
+const EQUAL_CONTRAST: f64 = 0.179;
+
 /// A colour with its opacity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Colour {
@@ -43,14 +46,21 @@ impl Colour {
         0.2126 * red + 0.7152 * green + 0.0722 * blue
     }
 
-    /// Black or white, whichever can be read on this colour.
+    /// Black or white, whichever has the greater contrast to this colour: at least 4.58, where text needs 4.5 (WCAG 2.2, 1.4.3).
     #[must_use]
     pub fn readable_ink(self) -> Self {
-        if self.grey() > 0.45 {
-            Self::INK
+        if self.luminance() > EQUAL_CONTRAST {
+            Self::BLACK
         } else {
             Self::WHITE
         }
+    }
+
+    /// Relative luminance of WCAG 2.2: 0 black, 1 white.
+    fn luminance(self) -> f64 {
+        let linear = |c: u8| (f64::from(c) / 255.0).powf(2.2);
+        let [red, green, blue] = self.rgb.map(linear);
+        0.2126 * red + 0.7152 * green + 0.0722 * blue
     }
 }
 
@@ -222,11 +232,30 @@ mod tests {
         assert_eq!(diverging(-7.0), diverging(-1.0));
     }
 
+    /// Contrast of WCAG 2.2, whose sRGB has a straight part near black.
+    fn contrast(a: Colour, b: Colour) -> f64 {
+        let luminance = |colour: Colour| {
+            let [red, green, blue] = colour.rgb.map(|c| match f64::from(c) / 255.0 {
+                dark if dark <= 0.04045 => dark / 12.92,
+                light => ((light + 0.055) / 1.055).powf(2.4),
+            });
+            0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05
+        };
+        let [a, b] = [a, b].map(luminance);
+        a.max(b) / a.min(b)
+    }
+
     #[test]
     fn text_is_readable_on_every_shade() {
-        for i in -10..=10 {
-            let ground = diverging(f64::from(i) / 10.0);
-            assert!((ground.grey() - ground.readable_ink().grey()).abs() > 0.3);
+        for i in -100..=100 {
+            let share = f64::from(i) / 100.0;
+            for ground in [
+                diverging(share),
+                lightening(share.abs()),
+                sequential(share.abs()),
+            ] {
+                assert!(contrast(ground, ground.readable_ink()) >= 4.5, "{ground:?}");
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::cli::args::Global;
 use crate::cli::failure::{CliError, Failure};
@@ -114,20 +114,18 @@ pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> Document {
             ));
         }
     }
-    document.rows(
-        [
+    document.table(
+        Table::of([
             ("beams only", before),
             (
                 "beams and the law that was found",
                 report.left_out_error_with_law_percent,
             ),
-        ],
-        &[
-            ("fit to P1 and P3, validated on P2 and P4", &|(model, _)| {
-                (*model).to_owned()
-            }),
-            ("largest error", &|(_, error)| percent(*error)),
-        ],
+        ])
+        .words("fit to P1 and P3, validated on P2 and P4", |(model, _)| {
+            *model
+        })
+        .numbers("largest error", |(_, error)| percent(*error)),
     );
     document.lines(format!(
         "The page, its figures and the model with the law: {}\nThe report to hand on, one file for any browser: {}",

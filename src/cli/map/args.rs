@@ -85,7 +85,7 @@ pub(super) struct EndLoad(pub(super) [f64; 6]);
 
 /// Three numbers, or six.
 fn end_load(text: &str) -> Result<EndLoad, String> {
-    let wrong = "three forces in N, or three forces and three moments in N*m, are needed, for example 0,-50,0";
+    let wrong = "three forces in N, or three forces and three moments in N·m, are needed, for example 0,-50,0";
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     let mut numbers = numbers.map_err(|_| wrong)?;
     if numbers.len() == 3 {

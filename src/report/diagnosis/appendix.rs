@@ -1,6 +1,6 @@
 //! The numbers behind the verdict page, for readers who know statistics.
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
@@ -12,9 +12,8 @@ use super::phrases::listed;
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::count::counted;
 
-/// The technical appendix of the verdict page: all tables.
-#[must_use]
-pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
+/// The technical appendix: all tables.
+pub(super) fn appendix(report: &DiagnosisReport) -> Document {
     let diagnosis = &report.diagnosis;
     let mut section = Document::under("Appendix: the numbers");
     section.paragraph(provenance(report));
@@ -35,18 +34,16 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
         section.paragraph(
             "Rejected: the decrease of the weighted squares by a value with an impossible sign.",
         );
-        section.rows(
-            report.impossible(),
-            &[
-                ("law and place", &|one| named(one.law, &one.place)),
-                ("decrease of the squares", &|one| {
+        section.table(
+            Table::of(report.impossible())
+                .words("law and place", |one| named(one.law, &one.place))
+                .numbers("decrease of the squares", |one| {
                     significant(one.delta_chi2, 3)
                 }),
-            ],
         );
     }
     section.append(critical_values(report));
-    section.append(detection_limits_document(report));
+    section.append(detection_limits(report));
     section
 }
 
@@ -99,17 +96,17 @@ fn readings_of(observations: &Observations) -> String {
 
 fn findings(report: &DiagnosisReport) -> Table {
     let (findings, subject) = (&report.diagnosis.findings, &report.subject);
-    let mut rows = Table::new(&[
-        "law and place",
-        "set",
-        "parameter",
-        "value",
-        "95 % interval",
-        "unit",
-        "end effect",
-        "std errors",
-        "absorbed",
-        "p",
+    let mut rows = Table::new([
+        words("law and place"),
+        words("set"),
+        words("parameter"),
+        numbers("value"),
+        numbers("95 % interval"),
+        words("unit"),
+        numbers("end effect"),
+        numbers("std errors"),
+        numbers("absorbed"),
+        numbers("p"),
     ]);
     for finding in findings {
         let effect = &finding.effect;
@@ -159,7 +156,13 @@ fn findings(report: &DiagnosisReport) -> Table {
 }
 
 fn candidates(findings: &[Finding]) -> Table {
-    let mut rows = Table::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
+    let mut rows = Table::new([
+        words("law and place"),
+        numbers("log B"),
+        numbers("behind the winner"),
+        numbers("cosine"),
+        words(""),
+    ]);
     let mut seen: Vec<u32> = Vec::new();
     for finding in findings {
         let effect = &finding.effect;
@@ -208,20 +211,18 @@ fn strata(report: &DiagnosisReport) -> Document {
     // The draws for a coarse gauge can show no less.
     let less = |at_floor: bool| if at_floor { "<" } else { "" };
     let mut section = Document::new();
-    section.rows(
-        &report.located.tests,
-        &[
-            ("contrast", &|test| test.contrast.to_string()),
-            ("stratum", &|test| test.stratum.to_string()),
-            ("F", &|test| significant(test.statistic, 3)),
-            ("dof", &|test| dof(test.dof)),
-            ("p family-wise", &|test| {
+    section.table(
+        Table::of(&report.located.tests)
+            .words("contrast", |test| &test.contrast)
+            .words("stratum", |test| &test.stratum)
+            .numbers("F", |test| significant(test.statistic, 3))
+            .numbers("dof", |test| dof(test.dof))
+            .numbers("p family-wise", |test| {
                 less(test.p_at_floor).to_owned() + &significant(test.p_family, 2)
-            }),
-            ("share", &|test| format!("{:.0} %", 100.0 * test.share)),
-            ("size", &|test| report.subject.reading(test.size_m)),
-            ("sits in", &|test| or_dash(test.spots.first(), spot)),
-        ],
+            })
+            .numbers("share", |test| format!("{:.0} %", 100.0 * test.share))
+            .numbers("size", |test| report.subject.reading(test.size_m))
+            .words("sits in", |test| or_dash(test.spots.first(), spot)),
     );
     for one in &report.located.untested {
         section.item(format!("{} was not tested: {}.", one.contrast, one.why));
@@ -286,15 +287,13 @@ fn suspects(report: &DiagnosisReport) -> Document {
             }
         };
         let possible = |one: &&ExplainedShare| if one.possible { "yes" } else { "no" }.to_owned();
-        section.rows(
-            shares.iter().take(PARTS),
-            &[
-                ("part", &|one| one.component.to_string()),
-                ("share", &|one| format!("{:.0} %", 100.0 * one.share)),
-                ("p left", &|one| significant(one.p_left, 2)),
-                ("possible", &possible),
-                ("alike", &alike),
-            ],
+        section.table(
+            Table::of(shares.iter().take(PARTS))
+                .words("part", |one| &one.component)
+                .numbers("share", |one| format!("{:.0} %", 100.0 * one.share))
+                .numbers("p left", |one| significant(one.p_left, 2))
+                .words("possible", possible)
+                .words("alike", alike),
         );
     }
     section
@@ -316,13 +315,11 @@ fn quality(report: &DiagnosisReport) -> Document {
         ));
     } else {
         section.paragraph(format!("{of_all} Error in each pose left out of the fit:"));
-        section.rows(
-            before.held_out.iter().zip(&after.held_out),
-            &[
-                ("pose left out", &|(before, _)| before.pose.to_string()),
-                ("before", &|(before, _)| subject.reading(before.rms_m)),
-                ("after", &|(_, after)| subject.reading(after.rms_m)),
-            ],
+        section.table(
+            Table::of(before.held_out.iter().zip(&after.held_out))
+                .words("pose left out", |(before, _)| before.pose.to_string())
+                .numbers("before", |(before, _)| subject.reading(before.rms_m))
+                .numbers("after", |(_, after)| subject.reading(after.rms_m)),
         );
     }
     section
@@ -340,7 +337,12 @@ fn critical_values(report: &DiagnosisReport) -> Document {
         report.seed
     );
     section.paragraph(sentence);
-    let mut rows = Table::new(&["law", "share of the level", "level, %", "critical value"]);
+    let mut rows = Table::new([
+        words("law"),
+        numbers("share of the level"),
+        numbers("level, %"),
+        numbers("critical value"),
+    ]);
     for (family, limit) in &critical.laws.values {
         let (law, wide) = *family;
         let name = if wide {
@@ -367,7 +369,7 @@ fn critical_values(report: &DiagnosisReport) -> Document {
 }
 
 /// What would have been found of each law at each place.
-pub(in crate::report) fn detection_limits_document(report: &DiagnosisReport) -> Document {
+fn detection_limits(report: &DiagnosisReport) -> Document {
     let subject = &report.subject;
     let mut critical: Vec<&DetectionLimit> = report.diagnosis.detection_limits.iter().collect();
     if critical.is_empty() {
@@ -387,19 +389,17 @@ pub(in crate::report) fn detection_limits_document(report: &DiagnosisReport) -> 
     let mut document = Document::of(
         "Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.",
     );
-    document.rows(
-        critical,
-        &[
-            ("law and place", &|limit| named(limit.law, &limit.place)),
-            ("size", &|limit| shown(limit, limit.size_80, "not testable")),
-            ("upper 95 %", &|limit| shown(limit, limit.upper_95, "-")),
-            ("unit", &|limit| printed(limit).1),
-            ("at the end", &|limit| {
+    document.table(
+        Table::of(critical)
+            .words("law and place", |limit| named(limit.law, &limit.place))
+            .numbers("size", |limit| shown(limit, limit.size_80, "not testable"))
+            .numbers("upper 95 %", |limit| shown(limit, limit.upper_95, "-"))
+            .words("unit", |limit| printed(limit).1)
+            .numbers("at the end", |limit| {
                 or_dash(limit.end_effect_m, |end_effect_m| {
                     subject.reading(end_effect_m)
                 })
             }),
-        ],
     );
     document
 }

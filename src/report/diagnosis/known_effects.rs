@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{KnownEffect, LawAtPlace};
@@ -61,7 +61,13 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
     }
     let mut section = Document::under("Physics known beforehand");
     section.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
-    let mut rows = Table::new(&["effect", "value", "given", "fitted", "95 % interval"]);
+    let mut rows = Table::new([
+        words("effect"),
+        numbers("value"),
+        numbers("given"),
+        numbers("fitted"),
+        numbers("95 % interval"),
+    ]);
     for one in known.iter().map(KnownEffectReport::from) {
         let name = format!("{} at {}", one.law.law.name, one.law.place);
         for (parameter, value) in &one.parameters {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
@@ -320,21 +320,19 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
     let digits = |of: &NoiseDeviation| significant(of.value, 2);
     let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
     let mut document = Document::of(head);
-    document.rows(
-        rows,
-        &[
-            ("noise estimated from", &|(name, ..)| (*name).to_owned()),
-            ("reading, µm", &|(_, noise, ..)| digits(&noise.reading_sd)),
-            ("dof", &|(_, noise, ..)| dof(&noise.reading_sd)),
-            ("gauge zero, µm", &|(_, noise, ..)| digits(&noise.zero_sd)),
-            ("dof", &|(_, noise, ..)| dof(&noise.zero_sd)),
-            ("run slope, %", &|(_, noise, ..)| {
+    document.table(
+        Table::of(rows)
+            .words("noise estimated from", |(name, ..)| *name)
+            .numbers("reading, µm", |(_, noise, ..)| digits(&noise.reading_sd))
+            .numbers("dof", |(_, noise, ..)| dof(&noise.reading_sd))
+            .numbers("gauge zero, µm", |(_, noise, ..)| digits(&noise.zero_sd))
+            .numbers("dof", |(_, noise, ..)| dof(&noise.zero_sd))
+            .numbers("run slope, %", |(_, noise, ..)| {
                 percent(noise.run_slope_sd.value)
-            }),
-            ("dof", &|(_, noise, ..)| dof(&noise.run_slope_sd)),
-            ("p same", &|(_, _, same, _)| same.clone()),
-            ("counts", &|(.., counts)| (*counts).to_owned()),
-        ],
+            })
+            .numbers("dof", |(_, noise, ..)| dof(&noise.run_slope_sd))
+            .numbers("p same", |(_, _, same, _)| same.clone())
+            .words("counts", |(.., counts)| *counts),
     );
     document
 }

@@ -7,6 +7,7 @@ use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
 use super::detection_limits::{DetectionLimitReport, UnseenReason};
+use super::page::DiagnosisDetail;
 use super::page::capital;
 use super::phrases::{impossible, listed};
 use crate::analysis::{DiagnosisReport, Subject};
@@ -82,7 +83,7 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
 }
 
 /// Laws that would serve only with an impossible value.
-pub(super) fn rejected(report: &DiagnosisReport) -> Document {
+pub(super) fn rejected(report: &DiagnosisReport, detail: DiagnosisDetail) -> Document {
     let refused: Vec<_> = report.impossible().collect();
     if refused.is_empty() {
         return Document::new();
@@ -97,27 +98,19 @@ pub(super) fn rejected(report: &DiagnosisReport) -> Document {
         section.item(sentence);
     }
     if refused.len() > PLACES {
-        section.item(format!(
-            "and {} more, listed in the appendix.",
-            refused.len() - PLACES
-        ));
+        let listed = match detail {
+            DiagnosisDetail::Page | DiagnosisDetail::Whole => "listed in the appendix",
+            DiagnosisDetail::Report => "which stiffbench diagnose lists",
+        };
+        section.item(format!("and {} more, {listed}.", refused.len() - PLACES));
     }
     section
 }
 
-/// Where a reader finds the procedures of a diagnosis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ProposedProcedures {
-    /// Beside the text.
-    Beside,
-    /// Nowhere yet: `diagnose` writes them.
-    Unwritten,
-}
-
 /// The section on what to measure next.
-pub(super) fn next(report: &DiagnosisReport, procedures: ProposedProcedures) -> Document {
+pub(super) fn next(report: &DiagnosisReport, detail: DiagnosisDetail) -> Document {
     let mut document = Document::new();
-    let plans = next_plans(report, procedures);
+    let plans = next_plans(report, detail);
     if !plans.is_empty() {
         document.heading("What to measure next");
         for plan in plans {
@@ -130,12 +123,12 @@ pub(super) fn next(report: &DiagnosisReport, procedures: ProposedProcedures) -> 
 /// Plans that would separate what is open, each with all that it separates.
 pub(in crate::report) fn next_plans(
     report: &DiagnosisReport,
-    procedures: ProposedProcedures,
+    detail: DiagnosisDetail,
 ) -> Vec<String> {
     let mut plans = Vec::new();
-    let written = match procedures {
-        ProposedProcedures::Beside => "Procedure",
-        ProposedProcedures::Unwritten => "stiffbench diagnose SESSION writes its procedure",
+    let written = match detail {
+        DiagnosisDetail::Page | DiagnosisDetail::Whole => "Procedure",
+        DiagnosisDetail::Report => "stiffbench diagnose SESSION writes its procedure",
     };
     // Nothing is known of the machine that loads a part.
     let by_hand = if report.is_of_part() { " by hand" } else { "" };

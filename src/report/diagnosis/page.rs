@@ -12,9 +12,10 @@ use crate::physics::{FileLine, Law, ParameterSpec, Place};
 use crate::report::text::{open_interval, significant, unit_behind};
 
 use super::answer::{Accused, DiagnosisAnswer, phrase_of};
+use super::appendix::appendix;
 use super::data_findings::{bad_readings, bad_readings_first};
 use super::known_effects::known_effects;
-use super::open_questions::{ProposedProcedures, next, not_tested, rejected};
+use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{likelier, listed, location, one_in, phrase, strength};
 use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
@@ -33,9 +34,20 @@ const ENOUGH: f64 = 0.05;
 /// Patterns of the residuals that the page names; the appendix has all.
 const PATTERNS: usize = 3;
 
-/// The verdict page.
+/// How much of a diagnosis its document says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DiagnosisDetail {
+    /// The page of `diagnose`: appendix and proposed procedures stand beside it.
+    Page,
+    /// The page and its appendix.
+    Whole,
+    /// What a report says, whose first page states what to measure next: of each law the range of sizes that would have been found.
+    Report,
+}
+
+/// A diagnosis as a document.
 #[must_use]
-pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) -> Document {
+pub fn diagnosis_document(report: &DiagnosisReport, detail: DiagnosisDetail) -> Document {
     let diagnosis = &report.diagnosis;
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
@@ -44,7 +56,8 @@ pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) 
     let when = |shown: bool, section: &dyn Fn() -> Document| {
         if shown { section() } else { Document::new() }
     };
-    let nothing = diagnosis.verdict == Verdict::NothingMissing;
+    let in_report = detail == DiagnosisDetail::Report;
+    let with_limits = diagnosis.verdict == Verdict::NothingMissing || in_report;
     let sections = [
         sessions(report),
         bad_readings(report),
@@ -56,10 +69,11 @@ pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) 
         when(decided, &|| known_effects(report)),
         when(decided, &|| factors(report)),
         when(decided, &|| errors(report)),
-        when(nothing, &|| upper_limits(report)),
+        when(with_limits, &|| upper_limits(report)),
         not_tested(report),
-        when(decided, &|| rejected(report)),
-        next(report, procedures),
+        when(decided, &|| rejected(report, detail)),
+        when(!in_report, &|| next(report, detail)),
+        when(detail == DiagnosisDetail::Whole, &|| appendix(report)),
     ];
     for section in sections {
         document.append(section);
@@ -524,7 +538,7 @@ mod tests {
         };
         let report = diagnosed("fixtures/goldens/inputs/softening.csv", &options);
         assert_snapshot!(headline(&report), @"The straight line leaves out a nonlinear force gauge, a part that grows stiffer under load or a part whose response grows more slowly than its load; these readings do not decide which.");
-        assert_snapshot!(next(&report, ProposedProcedures::Unwritten).text(), @r"
+        assert_snapshot!(next(&report, DiagnosisDetail::Report).text(), @r"
         WHAT TO MEASURE NEXT
         - The same part, the same plan again. About 45 min by hand; this should distinguish
           joint-nonlinearity at the part from odd-polynomial at the part (expected log likelihood ratio

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{DiagnosisReport, SessionShare};
 use crate::mismatch::LawAtPlace;
@@ -100,19 +100,15 @@ pub(super) fn sessions(report: &DiagnosisReport) -> Document {
         .iter()
         .filter_map(|one| decided(report, one));
     let mut document = Document::under("Sessions, each with its own noise (standard deviations)");
-    document.rows(
-        &report.sessions,
-        &[
-            ("session", &|one| one.name.clone()),
-            ("readings", &|one| one.readings.to_string()),
-            ("runs", &|one| one.runs.to_string()),
-            ("bad", &|one| one.bad_readings.to_string()),
-            ("reading, µm", &|one| digits(micro(one.noise.reading_sd_m))),
-            ("gauge zero, µm", &|one| digits(micro(one.noise.zero_sd_m))),
-            ("run slope, %", &|one| {
-                digits(100.0 * one.noise.run_slope_sd)
-            }),
-        ],
+    document.table(
+        Table::of(&report.sessions)
+            .words("session", |one| &one.name)
+            .numbers("readings", |one| one.readings)
+            .numbers("runs", |one| one.runs)
+            .numbers("bad", |one| one.bad_readings)
+            .numbers("reading, µm", |one| digits(micro(one.noise.reading_sd_m)))
+            .numbers("gauge zero, µm", |one| digits(micro(one.noise.zero_sd_m)))
+            .numbers("run slope, %", |one| digits(100.0 * one.noise.run_slope_sd)),
     );
     for sentence in decided {
         document.paragraph(sentence);

@@ -1,9 +1,9 @@
 //! The tables of the verdict page: factors, errors, and what would have been found.
 
-use stiffbench_document::{Document, Table, TextColumn};
+use stiffbench_document::{Document, Table};
 
-use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
-use crate::physics::Law;
+use crate::mismatch::{Quality, ReadingTrace};
+use crate::physics::{Law, Place};
 use crate::report::text::{significant, with_unit};
 
 use super::page::capital;
@@ -38,23 +38,22 @@ pub(super) fn factors(report: &DiagnosisReport) -> Document {
         )
     };
     let determined = |one: &FactorChangeReport| match one.status {
-        Determination::Free => "yes".to_owned(),
-        Determination::AtBound => "no, at its bound".to_owned(),
-        Determination::NotIdentified => "no".to_owned(),
+        Determination::Free => "yes",
+        Determination::AtBound => "no, at its bound",
+        Determination::NotIdentified => "no",
     };
-    let mut columns: Vec<TextColumn<'_, FactorChangeReport>> = vec![
-        (factor, &|one| with_unit(&one.name, &one.after.unit)),
-        ("without", &|one| significant(one.before.value, 4)),
-        ("with", &|one| significant(one.after.value, 4)),
-        ("change", &change),
-        ("95 % interval", &|one| one.after.interval_in_words(4)),
-        ("determined", &determined),
-    ];
-    if !found {
-        columns.retain(|(head, _)| !["without", "change"].contains(head));
-        columns[1].0 = "value";
-    }
-    section.rows(report.factor_changes(), &columns);
+    let table = Table::of(report.factor_changes())
+        .words(factor, |one| with_unit(&one.name, &one.after.unit))
+        .when(found, |table| {
+            table.numbers("without", |one| significant(one.before.value, 4))
+        })
+        .numbers(if found { "with" } else { "value" }, |one| {
+            significant(one.after.value, 4)
+        })
+        .when(found, |table| table.numbers("change", change))
+        .numbers("95 % interval", |one| one.after.interval_in_words(4))
+        .words("determined", determined);
+    section.table(table);
     section
 }
 
@@ -73,18 +72,8 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
             significant(100.0 * rms_m / report.trace.displacement_rms_m, 2)
         )
     };
-    let mut rows = Table::new(if found {
-        &["root mean square", "without", "with"]
-    } else {
-        &["root mean square", "model"]
-    });
-    let mut add = |name: &str, before: String, after: String| {
-        let mut cells = vec![name.to_owned(), after];
-        if found {
-            cells.insert(1, before);
-        }
-        rows.row(cells);
-    };
+    let mut rows: Vec<[String; 3]> = Vec::new();
+    let mut add = |name: &str, before, after| rows.push([name.to_owned(), before, after]);
     let (before, after) = (&diagnosis.before, &diagnosis.after);
     let mut both = |name: &str, of: &dyn Fn(&Quality) -> String| add(name, of(before), of(after));
     both("all readings", &|quality| shown(quality.rms_m));
@@ -123,7 +112,15 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
         let name = format!("readings {along}{off}");
         add(&name, subject.reading(before_m), subject.reading(after_m));
     }
-    section.table(rows);
+    let table = Table::of(rows)
+        .words("root mean square", |[name, ..]| name.clone())
+        .when(found, |table| {
+            table.numbers("without", |[_, before, _]| before.clone())
+        })
+        .numbers(if found { "with" } else { "model" }, |[.., after]| {
+            after.clone()
+        });
+    section.table(table);
     let of = match (
         &report.observations.tracker,
         report.observations.has_series(),
@@ -152,35 +149,45 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
 /// For each law the effect that would have been found, where it is seen best and worst.
 pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
     let (critical, subject) = (&report.diagnosis.detection_limits, &report.subject);
-    let mut section = Document::under("What would have been found");
+    let mut section = Document::new();
+    if critical.is_empty() {
+        return section;
+    }
+    section.heading("What would have been found");
     let at = match subject {
         Subject::Robot(_) => "at the end of the robot",
         Subject::Part { .. } => "on a reading",
     };
     let promise = format!(
-        "Smaller effects may be present. An effect of this size {at} would have been detected in four of five such sessions; the table lists the places where each law is detected best and worst."
+        "Smaller effects may be present. An effect of this size {at} would have been detected in four of five such sessions; the table lists the places where each law is detected best and worst, and at how many of its places no size could have been detected."
     );
     section.paragraph(promise);
-    let mut rows = Table::new(&["law", "detected best", "at", "detected worst", "at"]);
-    for &law in Law::ALL {
-        let mut known: Vec<(f64, &DetectionLimit)> = critical
-            .iter()
-            .filter(|limit| limit.law == law)
-            .filter_map(|limit| Some((limit.end_effect_m?, limit)))
-            .collect();
+    let rows = Law::ALL.iter().filter_map(|&law| {
+        let places: Vec<_> = critical.iter().filter(|limit| limit.law == law).collect();
+        let known = places.iter();
+        let known = known.filter_map(|limit| Some((limit.end_effect_m?, &limit.place)));
+        let mut known: Vec<(f64, &Place)> = known.collect();
         known.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (Some(best), Some(worst)) = (known.first(), known.last()) else {
-            continue;
-        };
-        let size = |(end_effect_m, _): &(f64, _)| subject.reading(*end_effect_m);
-        let mut cells = vec![law.row.to_owned(), size(best), best.1.place.to_string()];
-        if known.len() > 1 {
-            cells.extend([size(worst), worst.1.place.to_string()]);
-        } else {
-            cells.extend([String::new(), String::new()]);
-        }
-        rows.row(cells);
-    }
-    section.table(rows);
+        let worst = known.last().filter(|_| known.len() > 1).copied();
+        let ends = [known.first().copied(), worst];
+        let [all, untested] = [places.len(), places.len() - known.len()];
+        (all > 0).then_some((law, ends, all, untested))
+    });
+    let size = |end: Option<(f64, &Place)>| {
+        end.map_or_else(String::new, |(size_m, _)| subject.reading(size_m))
+    };
+    let place =
+        |end: Option<(f64, &Place)>| end.map_or_else(String::new, |(_, place)| place.to_string());
+    let table = Table::of(rows)
+        .words("law", |(law, ..)| law.row)
+        .numbers("detected best", |(_, [best, _], ..)| size(*best))
+        .words("at", |(_, [best, _], ..)| place(*best))
+        .numbers("detected worst", |(_, [_, worst], ..)| size(*worst))
+        .words("at", |(_, [_, worst], ..)| place(*worst))
+        .numbers("not testable", |(.., all, untested)| match untested {
+            0 => "-".to_owned(),
+            untested => format!("{untested} of {all}"),
+        });
+    section.table(table);
     section
 }

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::distribution::DesignSensitivity;
 use crate::quantity::{
@@ -31,9 +31,8 @@ pub fn sensitivity_document(mechanism: &str, found: &DesignSensitivity) -> Docum
         significant(found.mean_n_per_m / N_PER_UM, 4),
     ));
     let heads = ["least", "mean"].map(|of| Property::ALL.map(|one| format!("{of} {}", one.name())));
-    let heads = heads.iter().flatten().map(String::as_str);
-    let heads: Vec<&str> = std::iter::once("section").chain(heads).collect();
-    let mut table = Table::new(&heads);
+    let columns = heads.as_flattened().iter().map(numbers);
+    let mut table = Table::new(std::iter::once(words("section")).chain(columns));
     let size = |values: &[f64; 4]| values.iter().map(|v| v.abs()).fold(0.0, f64::max);
     let mut sections: Vec<_> = found.sections.iter().collect();
     sections.sort_by(|a, b| {
@@ -69,13 +68,11 @@ fn add_joints(document: &mut Document, found: &DesignSensitivity) {
     joints.retain(|joint| is_listed(joint.smallest) || is_listed(joint.mean));
     let rest = count - joints.len();
     document.paragraph("Per cent of stiffness per µrad/(N·m) of compliance in a joint that was rigid, to first order:");
-    document.rows(
-        joints,
-        &[
-            ("joint", &|joint| joint.joint.clone()),
-            ("least", &|joint| significant(percent(joint.smallest), 3)),
-            ("mean", &|joint| significant(percent(joint.mean), 3)),
-        ],
+    document.table(
+        Table::of(joints)
+            .words("joint", |joint| &joint.joint)
+            .numbers("least", |joint| significant(percent(joint.smallest), 3))
+            .numbers("mean", |joint| significant(percent(joint.mean), 3)),
     );
     if rest > 0 {
         document.paragraph(format!(

@@ -31,7 +31,7 @@ pub use shifts::{
     LoadAtEnd, MechanismShift, MechanismWeight, ShiftCause, ShiftReport, ShiftStatistics,
     ShiftSummary, WorstPose,
 };
-pub(super) use text::statistics_document;
+pub(super) use text::statistics_table;
 pub use vtu::{MeshField, MeshPoints, vtu};
 
 /// Maps of some mechanisms of a robot over the same poses.

@@ -1,7 +1,7 @@
 //! The paper's Tables VII to X beside maps of its mechanisms.
 
 use indexmap::IndexSet;
-use stiffbench_document::{Document, Table};
+use stiffbench_document::{Document, Table, numbers, words};
 
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
@@ -129,9 +129,10 @@ fn side_by_side(cells: &[&PaperCell]) -> Table {
     };
     let heads: IndexSet<String> = cells.iter().map(|cell| head_of(cell)).collect();
     let names: IndexSet<&str> = cells.iter().map(|cell| cell.row.as_str()).collect();
-    let columns = heads.iter().flat_map(|head| [head, "ours", "ratio"]);
-    let columns: Vec<&str> = std::iter::once("row").chain(columns).collect();
-    let mut rows = Table::new(&columns);
+    let columns = heads
+        .iter()
+        .flat_map(|head| [head, "ours", "ratio"].map(numbers));
+    let mut rows = Table::new(std::iter::once(words("row")).chain(columns));
     for name in names {
         let of_head = heads.iter().flat_map(|head| {
             let mut found = cells.iter();

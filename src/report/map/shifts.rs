@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::{Document, sign_of};
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{BinValue, Figure, PlaneMap, PlaneMapFigure};
@@ -180,22 +180,20 @@ impl ShiftReport<'_> {
         });
         let digits = |value: f64| significant(value, DIGITS);
         let place = |row: usize, axis: usize| format!("{:.3}", plane.place(map.ends_m[row])[axis]);
-        document.rows(
-            rows,
-            &[
-                ("quantity", &|(one, ..)| {
+        document.table(
+            Table::of(rows)
+                .words("quantity", |(one, ..)| {
                     format!("{}, {}", one.words, sign_of(one.unit))
-                }),
-                ("least", &|(_, spread, _)| digits(spread.least.0)),
-                ("5 %", &|(_, spread, _)| digits(spread.quantiles[0])),
-                ("median", &|(_, spread, _)| digits(spread.quantiles[1])),
-                ("mean", &|(_, spread, _)| digits(spread.mean)),
-                ("95 %", &|(_, spread, _)| digits(spread.quantiles[2])),
-                ("greatest", &|(_, spread, _)| digits(spread.greatest.0)),
-                (&first, &|(.., row)| place(*row, 0)),
-                (&second, &|(.., row)| place(*row, 1)),
-                ("angles, deg", &|(.., row)| self.angles(map, *row)),
-            ],
+                })
+                .numbers("least", |(_, spread, _)| digits(spread.least.0))
+                .numbers("5 %", |(_, spread, _)| digits(spread.quantiles[0]))
+                .numbers("median", |(_, spread, _)| digits(spread.quantiles[1]))
+                .numbers("mean", |(_, spread, _)| digits(spread.mean))
+                .numbers("95 %", |(_, spread, _)| digits(spread.quantiles[2]))
+                .numbers("greatest", |(_, spread, _)| digits(spread.greatest.0))
+                .numbers(&first, |(.., row)| place(*row, 0))
+                .numbers(&second, |(.., row)| place(*row, 1))
+                .numbers("angles, deg", |(.., row)| self.angles(map, *row)),
         );
     }
 

@@ -1,7 +1,7 @@
 //! Maps for people.
 
 use indexmap::IndexSet;
-use stiffbench_document::{Document, Table, TextColumn, sign_of};
+use stiffbench_document::{Document, Table, numbers, sign_of, words};
 
 use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
@@ -31,7 +31,7 @@ impl MapReport<'_> {
                 continue;
             };
             document.paragraph(format!("Stiffness {name}"));
-            document.append(statistics_document("mechanism", self.found(column), true));
+            document.table(statistics_table("mechanism", self.found(column), true));
             self.add_fits(&mut document, column);
         }
         self.add_rigid(&mut document);
@@ -110,19 +110,15 @@ impl MapReport<'_> {
         if found.is_empty() {
             return;
         }
-        document.rows(
-            found,
-            &[
-                ("by the fit", &|(name, ..)| (*name).to_owned()),
-                ("smallest", &|(_, of, fit)| {
-                    stiffness(of, fit.smallest.value)
-                }),
-                ("U, k", &|(_, of, fit)| expanded(of, &fit.smallest)),
-                ("largest", &|(_, of, fit)| stiffness(of, fit.largest.value)),
-                ("U, k", &|(_, of, fit)| expanded(of, &fit.largest)),
-                ("mean", &|(_, of, fit)| stiffness(of, fit.mean.value)),
-                ("U, k", &|(_, of, fit)| expanded(of, &fit.mean)),
-            ],
+        document.table(
+            Table::of(found)
+                .words("by the fit", |(name, ..)| *name)
+                .numbers("smallest", |(_, of, fit)| stiffness(of, fit.smallest.value))
+                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.smallest))
+                .numbers("largest", |(_, of, fit)| stiffness(of, fit.largest.value))
+                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.largest))
+                .numbers("mean", |(_, of, fit)| stiffness(of, fit.mean.value))
+                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.mean)),
         );
     }
 
@@ -130,21 +126,21 @@ impl MapReport<'_> {
         let [first, second] = plane_column_heads(&self.poses.plane);
         let (first, second) = (format!("{first}, m"), format!("{second}, m"));
         let unit = self.units();
-        let mut heads = vec!["extreme", &unit, &first, &second];
         let free = &self.poses.set.free;
-        heads.extend(
-            free.iter()
-                .map(|&variable| self.robot.variables[variable].name.as_str()),
-        );
-        heads.push("held by");
-        let mut rows = Table::new(&heads);
+        let angles = free.iter();
+        let angles = angles.map(|&variable| numbers(&self.robot.variables[variable].name));
+        let columns = [words("extreme")].into_iter();
+        let columns = columns
+            .chain([unit, first, second].map(numbers))
+            .chain(angles);
+        let mut rows = Table::new(columns.chain([words("held by")]));
         for (study, found) in self.directions() {
             for (word, refined) in ["smallest", "largest"].into_iter().zip(&found.refined) {
                 let name = format!("{} {} {word}", study.map.mechanism, found.column.name());
                 let refined = match refined {
                     Ok(refined) => refined,
                     Err(reason) => {
-                        let blanks = vec![String::new(); heads.len() - 2];
+                        let blanks = vec![String::new(); 3 + free.len()];
                         rows.row([name].into_iter().chain(blanks).chain([reason.clone()]));
                         continue;
                     }
@@ -227,30 +223,28 @@ impl MapReport<'_> {
             regions.map(move |region| (&study.map.mechanism, &found.column, region))
         });
         document.paragraph("Where stiffness is low, medium and high (thirds of the range between the extremes, or of the poses where the range spans a decade or leaves a third empty)");
-        document.rows(
-            rows,
-            &[
-                ("region", &|(mechanism, of, one)| {
+        document.table(
+            Table::of(rows)
+                .words("region", |(mechanism, of, one)| {
                     format!("{mechanism} {} {}", of.name(), level(one.level))
-                }),
-                (&unit, &|(_, of, one)| {
+                })
+                .numbers(&unit, |(_, of, one)| {
                     one.between_n_per_m.map(|k| stiffness(of, k)).join(" to ")
-                }),
-                ("poses", &|(.., one)| percent(one.share_of_poses)),
-                ("area", &|(.., one)| or_dash(one.share_of_area, percent)),
-                (&first, &|(.., one)| {
+                })
+                .numbers("poses", |(.., one)| percent(one.share_of_poses))
+                .numbers("area", |(.., one)| or_dash(one.share_of_area, percent))
+                .numbers(&first, |(.., one)| {
                     or_dash(one.extent_m, |[reach, _]| range(reach))
-                }),
-                (&second, &|(.., one)| {
+                })
+                .numbers(&second, |(.., one)| {
                     or_dash(one.extent_m, |[_, height]| range(height))
-                }),
-                (&centre, &|(.., one)| {
+                })
+                .numbers(&centre, |(.., one)| {
                     or_dash(one.centre_m, |[z, y]| format!("{z:.3}, {y:.3}"))
-                }),
-                ("outermost points in it", &|(.., one)| {
+                })
+                .words("outermost points in it", |(.., one)| {
                     self.words_of(&one.holds).join(", ")
                 }),
-            ],
         );
     }
 
@@ -282,11 +276,11 @@ const REFINED: &str = "refined";
 /// # Arguments
 /// - `names`: what the names are.
 /// - `refined`: whether the table has the extremes that were followed from those of the sample.
-pub(in crate::report) fn statistics_document<'s>(
+pub(in crate::report) fn statistics_table<'s>(
     names: &str,
     rows: impl Iterator<Item = (&'s str, &'s ColumnStudy)>,
     refined: bool,
-) -> Document {
+) -> Table {
     let ends = |one: &ColumnStudy| {
         let ends = [one.statistics.smallest, one.statistics.largest];
         ends.map(|end| end.stiffness_n_per_m)
@@ -302,30 +296,29 @@ pub(in crate::report) fn statistics_document<'s>(
         let found = quantiles.find(|quantile| quantile.share == share);
         found.map_or_else(String::new, |q| stiffness(&one.column, q.stiffness_n_per_m))
     };
-    let columns: [TextColumn<'_, (&str, &ColumnStudy)>; 11] = [
-        (names, &|(name, _)| (*name).to_owned()),
-        ("smallest", &|(_, one)| end(one, 0)),
-        (REFINED, &|(_, one)| followed(one, 0)),
-        ("largest", &|(_, one)| end(one, 1)),
-        (REFINED, &|(_, one)| followed(one, 1)),
-        ("difference", &|(_, one)| {
+    let table = Table::of(rows)
+        .words(names, |(name, _)| *name)
+        .numbers("smallest", |(_, one)| end(one, 0))
+        .when(refined, |table| {
+            table.numbers(REFINED, |(_, one)| followed(one, 0))
+        })
+        .numbers("largest", |(_, one)| end(one, 1))
+        .when(refined, |table| {
+            table.numbers(REFINED, |(_, one)| followed(one, 1))
+        })
+        .numbers("difference", |(_, one)| {
             stiffness(&one.column, difference(one))
-        }),
-        ("mean", &|(_, one)| {
+        })
+        .numbers("mean", |(_, one)| {
             stiffness(&one.column, one.statistics.mean.value)
-        }),
-        ("U, k", &|(_, one)| {
+        })
+        .numbers("U, k", |(_, one)| {
             expanded(&one.column, &one.statistics.mean)
-        }),
-        ("5 %", &|(_, one)| quantile(one, 0.05)),
-        ("median", &|(_, one)| quantile(one, 0.5)),
-        ("95 %", &|(_, one)| quantile(one, 0.95)),
-    ];
-    let columns = columns.into_iter();
-    let columns = columns.filter(|(head, _)| refined || *head != REFINED);
-    let mut document = Document::new();
-    document.rows(rows, &columns.collect::<Vec<_>>());
-    document
+        })
+        .numbers("5 %", |(_, one)| quantile(one, 0.05))
+        .numbers("median", |(_, one)| quantile(one, 0.5))
+        .numbers("95 %", |(_, one)| quantile(one, 0.95));
+    table.into()
 }
 
 /// The direction of a column in words.

@@ -31,8 +31,6 @@ impl ReportPage {
         let found = of(diagnosis.map(|one| &one.text));
         let found = with_figures(found, &figures.diagnosis);
         body.section("What the model leaves out", found);
-        let places = of(diagnosis.map(|one| &one.places));
-        body.section("Appendix: every place", places);
         let left_out = list(&self.left_out);
         body.section("Parts that this report does not have", left_out);
         let budgets = self.each_session(|session| session.budget.clone());
@@ -97,15 +95,15 @@ impl ReportPage {
     }
 
     fn statements(&self) -> Document {
-        let mut rows = Table::new(&["clause", "item", "stated"]);
-        for item in &self.items {
-            let stated = item.value.clone().map(TableCell::from);
-            let stated = stated.unwrap_or_else(|| TableCell::marked("missing"));
-            let names = [item.clause, item.name].map(|name| TableCell::from(name.to_owned()));
-            rows.row(names.into_iter().chain([stated]));
-        }
+        let table = Table::of(&self.items)
+            .words("clause", |item| item.clause)
+            .words("item", |item| item.name)
+            .words("stated", |item| match &item.value {
+                Some(value) => TableCell::from(value),
+                None => TableCell::marked("missing"),
+            });
         let mut statements = Document::new();
-        statements.table(rows);
+        statements.table(table);
         statements.paragraph("The results relate only to the items tested. This report shall not be reproduced except in full without approval of the laboratory.");
         statements
     }

@@ -157,18 +157,16 @@ impl ConformityStatement {
         let mut document = Document::new();
         document.note(NoteKind::Verdict, &self.sentence);
         document.paragraph(self.rule);
-        let heads = ["pose", "direction", "limits, N/µm", "K ± U", "decision"];
-        let mut rows = Table::new(&heads);
-        for one in &self.requirements {
-            let cells = [&one.pose, &one.direction, &one.limits, &one.stiffness];
-            let cells = cells.map(|cell| TableCell::from(cell.clone()));
-            let decision = match one.decision {
-                ConformityDecision::Pass => TableCell::from(one.words.to_owned()),
+        let table = Table::of(&self.requirements)
+            .words("pose", |one| &one.pose)
+            .words("direction", |one| &one.direction)
+            .numbers("limits, N/µm", |one| &one.limits)
+            .numbers("K ± U", |one| &one.stiffness)
+            .words("decision", |one| match one.decision {
+                ConformityDecision::Pass => TableCell::from(one.words),
                 _ => TableCell::marked(one.words),
-            };
-            rows.row(cells.into_iter().chain([decision]));
-        }
-        document.table(rows);
+            });
+        document.table(table);
         document
     }
 }

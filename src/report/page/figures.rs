@@ -9,15 +9,14 @@ use super::PageFigure;
 use super::packed::lean;
 use super::results::PageCell;
 
-/// Figures of a diagnosis that a report has, by the beginning of their names, the most important first.
-const OF_DIAGNOSIS: [&str; 8] = [
+/// Figures of a diagnosis that a report has, by the beginning of their names, the most important first. The limits of detection stand in a table.
+const OF_DIAGNOSIS: [&str; 7] = [
     "mismatch_map",
     "found_law",
     "load_displacement",
     "misfit_shares",
     "held_out_error",
     "evidence_bars",
-    "detection_limits",
     "residuals",
 ];
 

@@ -9,7 +9,7 @@ use crate::distribution::{
 use crate::fit::FactorEstimate;
 use crate::physics::{ActingPhysics, Effect, EffectError};
 use crate::report::MapReport;
-use crate::report::map::statistics_document;
+use crate::report::map::statistics_table;
 use crate::robot::{FittingFactors, Robot, RobotError};
 use crate::test_point::Direction;
 
@@ -104,7 +104,7 @@ fn workspace_map(
     let mut text = Document::of(
         "Predicted by the fitted model, in N/µm. What the readings show beyond this model is not in it.",
     );
-    text.append(statistics_document("direction", rows, false));
+    text.table(statistics_table("direction", rows, false));
     let report = MapReport {
         robot,
         factors_name: "fitted".to_owned(),

@@ -7,11 +7,11 @@ use stiffbench_document::Document;
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, DiagnosisSummary, FitReport, ProposedProcedures, diagnosis_page, micro,
+    ComparisonReport, DiagnosisDetail, DiagnosisSummary, FitReport, diagnosis_document, micro,
     significant,
 };
 
-use crate::report::diagnosis::{detection_limits_document, headline_words, next_plans};
+use crate::report::diagnosis::{headline_words, next_plans};
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -53,9 +53,6 @@ pub struct PageDiagnosis {
     /// What is missing, where, how sure, what to do next.
     #[serde(skip)]
     pub text: Document,
-    /// Every place at which each law was looked for.
-    #[serde(skip)]
-    pub places: Document,
     /// All numbers.
     pub numbers: DiagnosisSummary,
 }
@@ -132,12 +129,11 @@ fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
 
 impl From<&DiagnosisReport> for PageDiagnosis {
     fn from(report: &DiagnosisReport) -> Self {
-        let procedures = ProposedProcedures::Unwritten;
+        let detail = DiagnosisDetail::Report;
         Self {
             headline: headline_words(report),
-            text: diagnosis_page(report, procedures),
-            next: next_plans(report, procedures),
-            places: detection_limits_document(report),
+            text: diagnosis_document(report, detail),
+            next: next_plans(report, detail),
             numbers: report.into(),
         }
     }

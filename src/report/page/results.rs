@@ -1,6 +1,6 @@
 //! The stiffness of poses and directions as a report states it.
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::report::stiffness::{printed, reported};
 use crate::report::{VectorStiffnessCell, significant};
@@ -95,18 +95,16 @@ pub(super) fn cells_document(cells: &[PageCell]) -> Document {
         percent.unwrap_or_else(|| "-".to_owned())
     };
     let mut document = Document::new();
-    document.rows(
-        cells,
-        &[
-            ("pose", &|cell| cell.pose.clone()),
-            ("direction", &|cell| cell.direction.clone()),
-            ("runs", &|cell| cell.runs.to_string()),
-            ("K, N/µm", &|cell| printed(&cell.stiffness)[0].clone()),
-            ("U, N/µm", &|cell| printed(&cell.stiffness)[1].clone()),
-            ("k", &|cell| printed(&cell.stiffness)[2].clone()),
-            ("dof", &|cell| printed(&cell.stiffness)[3].clone()),
-            ("U/K, %", &percent),
-        ],
+    document.table(
+        Table::of(cells)
+            .words("pose", |cell| &cell.pose)
+            .words("direction", |cell| &cell.direction)
+            .numbers("runs", |cell| cell.runs)
+            .numbers("K, N/µm", |cell| printed(&cell.stiffness)[0].clone())
+            .numbers("U, N/µm", |cell| printed(&cell.stiffness)[1].clone())
+            .numbers("k", |cell| printed(&cell.stiffness)[2].clone())
+            .numbers("dof", |cell| printed(&cell.stiffness)[3].clone())
+            .numbers("U/K, %", percent),
     );
     for cell in cells {
         if let Some(reason) = &cell.reason {

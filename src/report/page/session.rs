@@ -377,41 +377,35 @@ impl PageSession {
         for (name, value) in &self.conditions {
             document.pair(name, value);
         }
-        let mut rows = Table::new(&[
-            "gauge",
-            "model",
-            "serial number",
-            "range",
-            "resolution",
-            "U of certificate",
-            "certificate",
-            "calibrated",
-            "due",
-        ]);
-        for gauge in &self.gauges {
-            let record = &gauge.record;
-            let due = if gauge.overdue {
-                TableCell::marked(format!("{} overdue", gauge.due()))
-            } else {
-                gauge.due().into()
-            };
-            let cells = [
-                gauge.name.clone(),
-                or_none(record.model.as_ref()),
-                or_none(record.serial.as_ref()),
-                gauge.quantity(record.range),
-                gauge.quantity(record.resolution),
-                gauge.expanded(),
-                or_none(record.certificate.as_ref()),
-                or_none(record.calibrated.as_ref()),
-            ];
-            rows.row(cells.map(TableCell::from).into_iter().chain([due]));
-        }
         if self.gauges.is_empty() {
             document.note(NoteKind::Warning, "The gauges are not recorded.");
-        } else {
-            document.table(rows);
+            return document;
         }
+        let table = Table::of(&self.gauges)
+            .words("gauge", |gauge| &gauge.name)
+            .words("model", |gauge| or_none(gauge.record.model.as_ref()))
+            .words("serial number", |gauge| {
+                or_none(gauge.record.serial.as_ref())
+            })
+            .numbers("range", |gauge| gauge.quantity(gauge.record.range))
+            .numbers("resolution", |gauge| {
+                gauge.quantity(gauge.record.resolution)
+            })
+            .numbers("U of certificate", |gauge| gauge.expanded())
+            .words("certificate", |gauge| {
+                or_none(gauge.record.certificate.as_ref())
+            })
+            .words("calibrated", |gauge| {
+                or_none(gauge.record.calibrated.as_ref())
+            })
+            .words("due", |gauge| {
+                if gauge.overdue {
+                    TableCell::marked(format!("{} overdue", gauge.due()))
+                } else {
+                    gauge.due().into()
+                }
+            });
+        document.table(table);
         document
     }
 
@@ -450,7 +444,11 @@ fn deviations(
         ));
     }
     for cell in &table.cells {
+        // What spoils a stiffness stands beside it.
+        let beside = cell.flags.iter().find(|flag| flag.spoils_stiffness());
+        let beside = beside.map(ToString::to_string);
         let flags = flag_lines(cell).into_iter();
+        let flags = flags.filter(|flag| beside.as_ref() != Some(flag));
         all.extend(flags.map(|flag| format!("{}: {flag}", cell.cell)));
     }
     let excluded = &session.table.excluded;

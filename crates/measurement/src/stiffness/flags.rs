@@ -140,7 +140,7 @@ pub enum Flag {
     },
     /// The slope of displacement on force is negative.
     #[error(
-        "the slope gives {:.4} N/um: force and displacement move against each other, check the polarity of the gauges",
+        "the slope gives {:.4} N/µm: force and displacement move against each other, check the polarity of the gauges",
         .stiffness_n_per_m / 1e6
     )]
     NegativeStiffness {
@@ -225,12 +225,12 @@ impl Flag {
 
 /// A length in micrometres, to hundredths.
 fn um(metres: f64) -> String {
-    format!("{:.2} um", metres * 1e6)
+    format!("{:.2} µm", metres * 1e6)
 }
 
 /// The same of a change, with its sign.
 fn signed_um(metres: f64) -> String {
-    format!("{:+.2} um", metres * 1e6)
+    format!("{:+.2} µm", metres * 1e6)
 }
 
 fn percent(share: f64) -> String {
@@ -239,7 +239,7 @@ fn percent(share: f64) -> String {
 
 /// The stiffness of a half of the loads.
 fn half(([from, to], stiffness_n_per_m): &([f64; 2], f64)) -> String {
-    format!("{:.4} N/um from {from} to {to} N", stiffness_n_per_m / 1e6)
+    format!("{:.4} N/µm from {from} to {to} N", stiffness_n_per_m / 1e6)
 }
 
 /// The words that close every tested flag: rule, threshold, power.

@@ -186,7 +186,7 @@ impl GaugePair {
         };
         [
             of(self.force, "force", 1.0, "N"),
-            of(self.displacement, "displacement", 1e6, "um"),
+            of(self.displacement, "displacement", 1e6, "µm"),
         ]
         .into_iter()
         .flatten()

@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                     let [low, high] = [1.0 - NOMINAL_TOLERANCE, 1.0 + NOMINAL_TOLERANCE];
                     [SHORTEST_PERIOD_M * low, (longest_m(scale) * high).max(SHORTEST_PERIOD_M)]
                 },
-                reason: "from 50 um, below which it cannot be distinguished from reading errors, to most of the travel: a fraction of a period is only a curve",
+                reason: "from 50 µm, below which it cannot be distinguished from reading errors, to most of the travel: a fraction of a period is only a curve",
             },
             typical: Typical {
                 value: |_| 2.5e-4,
