@@ -1,6 +1,5 @@
 //! `session run` and `session resume`.
 
-use std::fs::File;
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -24,9 +23,9 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, KeptAwake, Machine, Operator, RepeatCheck,
-    Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings,
-    Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
+    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
+    RepeatCheck, Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState,
+    Settings, Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -54,7 +53,7 @@ const INTERRUPTED: u8 = 130;
 /// A session that is about to run.
 struct Ready {
     folder: SessionFolder,
-    journal: Journal<File>,
+    journal: Journal<JournalFile>,
     state: SessionState,
     plan: SessionPlan,
     instruments: Instruments,
@@ -443,6 +442,7 @@ fn state_gauges(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
 
 /// The first event of a session.
 fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: String) -> Event {
+    let [header_sha256, instruments_sha256] = header_sha256(&header.to_toml());
     Event::Started(Started {
         schema: Some(JOURNAL_SCHEMA.to_owned()),
         session: header.id.clone().unwrap_or_default(),
@@ -452,7 +452,8 @@ fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: Stri
         pid: std::process::id(),
         host: host(),
         robot_sha256: header.robot_sha256.clone(),
-        header_sha256: header_sha256(&header.to_toml()),
+        header_sha256,
+        instruments_sha256,
         mechanism: header.mechanism.clone(),
         origin: header.origin.clone(),
         displacement_axes: procedure.displacement_axes.clone(),
