@@ -302,11 +302,7 @@ fn drive(
     let lag_s = lag_s(clock.speed());
     // Faster than gauges are compared with each other, no time is taken for the readings either.
     let repeats = ready.robot.filter(|_| lag_s.is_finite());
-    let repeats = repeats.map(|(model, header)| BenchRepeats {
-        model,
-        header,
-        plan: ready.plan.clone(),
-    });
+    let repeats = repeats.map(|(model, header)| BenchRepeats { model, header });
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         checks_repeats: repeats.is_some(),
