@@ -40,7 +40,7 @@ use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
     answers, check_place, gauge_terms, instrument_records, overdue, plan_of,
-    refuse_keys_without_hands, robot_of, run_out,
+    refuse_keys_without_hands, resume_command, robot_of, run_out,
 };
 use super::repeats::BenchRepeats;
 
@@ -394,8 +394,8 @@ fn report(
 ) -> Printed {
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
     let (next, exit) = match outcome {
-        SessionEnd::Complete => ("stiffness", 0),
-        SessionEnd::Partial | SessionEnd::Aborted => ("session resume", INTERRUPTED),
+        SessionEnd::Complete => (format!("stiffness {}", folder.display()), 0),
+        SessionEnd::Partial | SessionEnd::Aborted => (resume_command(folder, state), INTERRUPTED),
     };
     let outcome = SessionOutcome::from(outcome);
     let word = outcome.words();
@@ -407,7 +407,7 @@ fn report(
     if !repeats.is_empty() {
         document.item(format!("Resuming repeats: {}", repeats.join("; ")));
     }
-    document.next(format!("{next} {}", folder.display()));
+    document.next(next);
     let report = RunReport {
         folder: folder.to_owned(),
         outcome,
