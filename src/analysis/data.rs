@@ -25,6 +25,7 @@ use super::files::{
 };
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
+use super::plausible::doubts_about_readings;
 use super::session_table::{SessionTable, origin_of};
 
 /// Stiffness lists that come with the program.
@@ -69,6 +70,16 @@ pub enum CalibrationCheck {
     Warn(Date),
     /// The session is not opened.
     Refuse(Date),
+}
+
+impl CalibrationCheck {
+    /// Today, if it was given.
+    fn day(self) -> Option<Date> {
+        match self {
+            Self::None => None,
+            Self::Name(day) | Self::Warn(day) | Self::Refuse(day) => Some(day),
+        }
+    }
 }
 
 /// Readings with the session they belong to.
@@ -343,6 +354,8 @@ impl LoadedSession {
             differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
         let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
+        let today = options.calibration.day();
+        warnings.extend(doubts_about_readings(&table, header.as_ref(), today));
         let mut session = Self {
             origin: origin_of(table.origin.as_ref(), header.as_ref()),
             header,
@@ -485,8 +498,8 @@ pub(super) fn check_calibration(
     check: CalibrationCheck,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<OverdueGauge>, AnalysisError> {
-    use CalibrationCheck::{Name, Refuse, Warn};
-    let (Some(header), Name(today) | Warn(today) | Refuse(today)) = (header, check) else {
+    use CalibrationCheck::{Refuse, Warn};
+    let (Some(header), Some(today)) = (header, check.day()) else {
         return Ok(Vec::new());
     };
     let overdue = header.instruments.overdue(measured.unwrap_or(today));

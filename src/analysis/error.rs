@@ -115,8 +115,8 @@ pub enum AnalysisError {
     #[diagnostic(
         code(stiffbench::input::changed),
         help(
-            "stiffbench session recover FOLDER --out NEW rebuilds the table from the journal; --trust-csv uses it as it is, and every result \
-             states it"
+            "stiffbench session recover FOLDER --out NEW rebuilds the table from the journal; records of the gauges that came later are named \
+             with --instrument-records FILE; --trust-csv uses the folder as it is, and every result states it"
         )
     )]
     Changed {

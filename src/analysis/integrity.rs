@@ -59,12 +59,15 @@ pub fn compare_with_journal(
     })
 }
 
-/// SHA-256 of a `session.toml` without the records of the instruments, which may come later.
+/// SHA-256 of a `session.toml` without the records of the instruments, and of these.
 #[must_use]
-pub fn header_sha256(text: &str) -> Option<String> {
-    let mut table: toml::Table = text.parse().ok()?;
-    table.retain(|key, _| key != "instruments");
-    Some(sha256(table.to_string()))
+pub fn header_sha256(text: &str) -> [Option<String>; 2] {
+    let hash = |is_instruments: bool| {
+        let mut table: toml::Table = text.parse().ok()?;
+        table.retain(|key, _| (key == "instruments") == is_instruments);
+        Some(sha256(table.to_string()))
+    };
+    [false, true].map(hash)
 }
 
 /// What a header and its text have that the session did not begin with.
@@ -73,6 +76,7 @@ fn header_changes(state: &SessionState, header: &SessionHeader, text: &str) -> V
         return Vec::new();
     };
     let session = Some(started.session.clone()).filter(|session| !session.is_empty());
+    let [others, instruments] = header_sha256(text);
     let keys = [
         ("id", session, &header.id),
         (
@@ -85,7 +89,12 @@ fn header_changes(state: &SessionState, header: &SessionHeader, text: &str) -> V
         (
             "SHA-256 of all but the instruments",
             started.header_sha256.clone(),
-            &header_sha256(text),
+            &others,
+        ),
+        (
+            "SHA-256 of the instruments",
+            started.instruments_sha256.clone(),
+            &instruments,
         ),
     ];
     let changed = keys.into_iter().filter_map(|(key, journal, header)| {

@@ -1,9 +1,13 @@
 //! Results that are no error and hardly meant: each with its number and the likely cause.
 
+use jiff::civil::Date;
+
+use crate::count::counted;
 use crate::digits::significant;
 use crate::fit::FitOutcome;
 use crate::fit::{PosedLoad, PosedLoadCases, ReadComponent};
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::readings::{Reading, ReadingTable, SessionHeader};
 use crate::stiffness::{Method, StiffnessTable};
 
 /// Stiffness of robots at the tool, N/m: 1 N/mm yields under a finger; serial arms reach some N/um, and 10 N/um only parallel machines.
@@ -33,6 +37,81 @@ const FAR_OUTSIDE: f64 = 10.0;
 
 /// A model that errs by more than this explains the stiffness badly, percent.
 const BAD_FIT_PERCENT: f64 = 10.0;
+
+/// No measurement takes longer: a time so far from the others has another unit, or is a slip of the pen, s.
+const LONGEST_S: f64 = 366.0 * 86_400.0;
+
+/// Doubts about single readings: beyond the range of their gauge, at a time that cannot be.
+pub(super) fn doubts_about_readings(
+    table: &ReadingTable,
+    header: Option<&SessionHeader>,
+    today: Option<Date>,
+) -> Vec<String> {
+    let far = |what: String, mut values: Vec<(String, u32)>| {
+        // Of several gauges the readings of a load are on one line.
+        values.dedup_by_key(|(_, line)| *line);
+        let (value, line) = values.first()?;
+        let count = counted(values.len(), "reading");
+        Some(format!("{count} {what} (first {value} in line {line})"))
+    };
+    let mut odd = Vec::new();
+    for (name, record) in header.iter().flat_map(|header| header.instruments.named()) {
+        let Some(range) = record.range else { continue };
+        let is_force = name == "force gauge";
+        let (unit, per_si) = if is_force { ("N", 1.0) } else { ("mm", 1e3) };
+        let is_of_it = |reading: &&Reading| {
+            let along = reading.direction.to_string();
+            !name.contains(" along ") || name.ends_with(&along)
+        };
+        let beyond = table.accepted().filter(is_of_it).filter_map(|reading| {
+            let value = if is_force {
+                reading.force_n
+            } else {
+                reading.displacement_m
+            };
+            let shown = || format!("{} {unit}", significant(value * per_si, 4));
+            (value.abs() > range).then(|| (shown(), reading.line))
+        });
+        let what = format!(
+            "beyond the range of the {name}, {} {unit}: check the unit, and the record of the gauge",
+            significant(range * per_si, 4)
+        );
+        odd.extend(far(what, beyond.collect()));
+    }
+    let timed = || {
+        table
+            .accepted()
+            .filter_map(|reading| Some((reading.time_s?, reading.line)))
+    };
+    let mut times: Vec<f64> = timed().map(|(time_s, _)| time_s).collect();
+    times.sort_by(f64::total_cmp);
+    if let Some(middle_s) = times.get(times.len() / 2) {
+        let late = timed().filter(|(time_s, _)| (time_s - middle_s).abs() > LONGEST_S);
+        let late = late.map(|(time_s, line)| (format!("{time_s:e} s"), line));
+        odd.extend(far(
+            "more than a year from the others: check their time".to_owned(),
+            late.collect(),
+        ));
+    }
+    // A day more, for the time zones.
+    if let Some(last) = today
+        .and_then(|today| today.tomorrow().ok())
+        .map(|day| day.to_string())
+    {
+        let dated = table
+            .accepted()
+            .filter_map(|reading| Some((reading.text.as_ref()?, reading.line)));
+        let ahead = dated.filter_map(|(text, line)| {
+            let day = text.utc.get(..10)?;
+            (day > last.as_str()).then(|| (day.to_owned(), line))
+        });
+        odd.extend(far(
+            "after today: check the clock, or the date".to_owned(),
+            ahead.collect(),
+        ));
+    }
+    odd
+}
 
 /// Doubts about readings that were taken for force and displacement.
 #[must_use]

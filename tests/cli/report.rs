@@ -39,7 +39,7 @@ fn rows<'d>(data: &'d Value, heads: &[&str]) -> &'d [Value] {
 }
 
 /// Every item of a report, stated.
-const DETAILS: &str = "authorised_by = \"A. Nyone\"\nexternal_providers = \"not applicable\"\nperformed = 2026-11-20\n\
+pub(super) const DETAILS: &str = "authorised_by = \"A. Nyone\"\nexternal_providers = \"not applicable\"\nperformed = 2026-11-20\n\
     [laboratory]\nname = \"Lab\"\naddress = \"Street 1\"\nlocation = \"Hall 3\"\n[customer]\nname = \"C\"\ncontact = \"Road 2\"\n\
     [item]\ndescription = \"robot\"\nidentification = \"4711\"\ncondition = \"good\"\nreceived = 2026-11-18\n\
     [method]\nreference = \"LI 12\"\nsampling = \"not applicable\"\ndeviations = \"none\"\n";

@@ -1,10 +1,13 @@
 //! Forged reports: what `report verify` answers where page and data were changed together, and digest and number made to fit.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
-use stiffbench::analysis::sha256;
-use stiffbench::report::page::{PageFormat, read_page};
+use stiffbench::analysis::{ModelChoice, OpenSettings, sha256};
+use stiffbench::report::page::{PageFormat, PageSource, read_page, session_page};
 
 use super::desk;
+use super::report::DETAILS;
 
 /// Where the data of a page begin and end.
 const DATA: [&str; 2] = ["id=\"stiffbench-data\">", "</script>"];
@@ -250,7 +253,17 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
             p.replace(hash, &"0".repeat(64))
                 .replace("</main>", "<script>a()</script></main>")
         },
-        [11; 3],
+        [30; 3],
+    ),
+    (
+        "another template whose style hides",
+        |p| {
+            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
+            let hash = data["program"]["template_sha256"].as_str().unwrap();
+            p.replace(hash, &"0".repeat(64))
+                .replace("</style>", ".box { Display : none }</style>")
+        },
+        [30; 3],
     ),
     (
         "warning removed from sight",
@@ -280,6 +293,19 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
     ("ends of lines", |p| p.replace('\n', "\r\n"), [30; 3]),
     ("byte order mark", |p| format!("\u{feff}{p}"), [30; 3]),
 ];
+
+/// The data of a page.
+fn data_of(page: &str) -> Value {
+    serde_json::from_str(parts(page)[1]).unwrap()
+}
+
+/// Data as if a program of another commit had made them.
+fn of_program(mut data: Value, commit: &str) -> Value {
+    if let Some(program) = data["program"].as_object_mut() {
+        program.insert("commit".to_owned(), commit.into());
+    }
+    data
+}
 
 /// The same page as if a program of another commit had rendered it.
 fn of_another_commit(page: &str) -> String {
@@ -335,4 +361,142 @@ fn forged_pages_are_never_called_verified() {
         desk.write("forged.html", &page[..end]);
         assert_eq!(desk.run("report verify forged.html session").code, 11);
     }
+}
+
+/// The kinds of values in data: each by its path with `*` for places in lists, with the path of its first one.
+fn kinds(value: &Value, path: &str, kind: &str, found: &mut BTreeMap<String, String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, value)| {
+            kinds(
+                value,
+                &format!("{path}/{key}"),
+                &format!("{kind}/{key}"),
+                found,
+            );
+        }),
+        Value::Array(all) => all.iter().enumerate().for_each(|(place, value)| {
+            kinds(
+                value,
+                &format!("{path}/{place}"),
+                &format!("{kind}/*"),
+                found,
+            );
+        }),
+        _ => {
+            found
+                .entry(kind.to_owned())
+                .or_insert_with(|| path.to_owned());
+        }
+    }
+}
+
+/// Another value of the same form.
+fn another(value: &Value) -> Value {
+    match value {
+        Value::Bool(is) => Value::Bool(!is),
+        Value::Number(number) => Value::from(number.as_f64().unwrap() * 1.25 + 1.0),
+        Value::String(text) => Value::String(match text.find(|c: char| c.is_ascii_digit()) {
+            Some(at) => format!("{}9{}", &text[..at], &text[at..]),
+            None => format!("{text} 1"),
+        }),
+        _ => Value::String("1".to_owned()),
+    }
+}
+
+/// Changes a value, or takes it out.
+fn forge(data: &mut Value, path: &str, is_cut: bool) {
+    let (parent, key) = path.rsplit_once('/').unwrap();
+    match data.pointer_mut(parent).unwrap() {
+        Value::Object(map) if is_cut => {
+            map.shift_remove(key);
+        }
+        Value::Array(all) if is_cut => {
+            all.remove(key.parse::<usize>().unwrap());
+        }
+        parent => {
+            let value = parent.pointer_mut(&format!("/{key}")).unwrap();
+            *value = another(value);
+        }
+    }
+}
+
+/// The page that the program would make of other data: number, digest, text and figures fit them.
+fn rendered(mut data: Value) -> Option<String> {
+    let template = PageFormat::Html.template();
+    for _ in 0..2 {
+        let json = data.to_string().replace('<', "\\u003c");
+        let page = template.render_json(&json).ok()?.text;
+        let check = read_page("page", page.clone()).unwrap();
+        let check = check.check(&template, None).ok()?;
+        let mut wrong = check.differences.into_iter();
+        match wrong.find(|one| one.place == "number of the report") {
+            Some(number) => *data.pointer_mut("/number")? = Value::String(number.expected),
+            None => return Some(page),
+        }
+    }
+    None
+}
+
+#[test]
+fn three_hundred_kinds_of_changes_are_found_or_named_as_not_verified() {
+    let desk = desk();
+    desk.run("simulate session --poses P1,P3 --seed 4")
+        .succeeds();
+    desk.write("details.toml", DETAILS);
+    desk.run("report session --no-diagnosis --details details.toml --amends SB-1 --reason typing")
+        .succeeds();
+    let page = desk.read("session/report.html");
+    let data = data_of(&page);
+    assert_eq!(rendered(data.clone()).unwrap(), page);
+    let template = PageFormat::Html.template();
+    let source = PageSource::open_joined(&[desk.path("session")], &OpenSettings::default());
+    let settings = read_page("page", page.clone()).unwrap().settings().clone();
+    let again = session_page(
+        &source.unwrap(),
+        &ModelChoice::default(),
+        &settings,
+        &template.sha256(),
+    );
+    let again = again.unwrap();
+    let mut found = BTreeMap::new();
+    kinds(&data, "", "", &mut found);
+    // The number follows from the rest: a page that fits its data has no other.
+    found.remove("/number");
+    let mut tried = 0;
+    for (kind, path) in &found {
+        for is_cut in [false, true] {
+            let mut forged = data.clone();
+            forge(&mut forged, path, is_cut);
+            // Of what the program cannot render there is no page.
+            let Some(forged) = rendered(forged) else {
+                continue;
+            };
+            tried += 1;
+            let of_another_program = rendered(of_program(data_of(&forged), "0"));
+            let check = read_page("page", of_another_program.unwrap()).unwrap();
+            let check = check.check(&template, Some(&again)).unwrap();
+            let is_seen = check.differing > 0 || check.not_verified.contains(path);
+            assert!(!check.good && is_seen, "{kind} of another program");
+            let is_option = path.starts_with("/settings");
+            let (good, not_verified) = if is_option {
+                desk.write("forged.html", &forged);
+                let ran = desk.run("report verify forged.html session --json");
+                let check = ran.json()["data"].take();
+                let named = serde_json::from_value(check["not_verified"].clone());
+                (ran.code == 0, named.unwrap_or_default())
+            } else {
+                let check = read_page("page", forged).unwrap();
+                let check = check.check(&template, Some(&again)).unwrap();
+                (check.good, check.not_verified)
+            };
+            let stated = path.trim_start_matches("/settings/").replace('/', ".");
+            let named = not_verified.iter().any(|name| stated.starts_with(name));
+            let what = if is_cut { "cut" } else { "changed" };
+            assert!(
+                !good || is_option && named,
+                "{kind}, {what}: {not_verified:?}"
+            );
+        }
+    }
+    assert!(tried >= 300, "{tried}");
 }

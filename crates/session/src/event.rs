@@ -95,6 +95,9 @@ pub struct Started {
     /// SHA-256 of `session.toml` without the records of the instruments, in hexadecimal; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header_sha256: Option<String>,
+    /// SHA-256 of the records of the instruments in `session.toml`, in hexadecimal; absent in journals of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instruments_sha256: Option<String>,
     /// Mechanism of the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mechanism: Option<String>,

@@ -1,7 +1,7 @@
 //! The session folder on the disk: made once, held by one process at a time, never written over.
 
 use std::error::Error;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use miette::Diagnostic;
 
 use stiffbench_measurement::readings::{ReadingsError, WrittenRows};
 
-use super::inside::{inside, read_inside};
+use super::inside::{append_inside, inside, read_inside};
 use super::journal::{Journal, JournalEnd, ReadJournal, Record, Store, read_journal, write_lines};
-use super::lock::open_alone;
+use super::lock::{JournalFile, open_alone};
 use super::state::SessionState;
 use super::whole_file::{replace, sync_folder};
 
@@ -130,12 +130,6 @@ fn unwritable<E: Into<Box<dyn Error + Send + Sync>>>(path: &Path) -> impl FnOnce
     |error| failed(io::Error::other(error))
 }
 
-impl Store for File {
-    fn sync(&mut self) -> io::Result<()> {
-        self.sync_data()
-    }
-}
-
 impl SessionFolder {
     /// Whether a folder of this name can be made.
     ///
@@ -160,7 +154,7 @@ impl SessionFolder {
         header: &str,
         robot: Option<&str>,
         now: Timestamp,
-    ) -> Result<(Self, Journal<File>), FolderError> {
+    ) -> Result<(Self, Journal<JournalFile>), FolderError> {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(system(parent))?;
         }
@@ -170,7 +164,7 @@ impl SessionFolder {
             },
             _ => system(path)(source),
         })?;
-        let file = open_alone(path, OpenOptions::new().write(true).create_new(true), now)?;
+        let file = open_alone(path, OpenOptions::new().append(true).create_new(true), now)?;
         if let Some(robot) = robot {
             put(&path.join(ROBOT), robot.as_bytes())?;
         }
@@ -189,7 +183,7 @@ impl SessionFolder {
     pub fn open(
         path: &Path,
         now: Timestamp,
-    ) -> Result<(Self, Journal<File>, ReadJournal, u64), FolderError> {
+    ) -> Result<(Self, Journal<JournalFile>, ReadJournal, u64), FolderError> {
         // A folder that is no session gets no lock file; what was read before the lock was ours may have grown since.
         read_folder(path)?;
         let mut file = open_alone(path, OpenOptions::new().append(true), now)?;
@@ -198,11 +192,8 @@ impl SessionFolder {
         let cut_bytes = match read.journal.end {
             JournalEnd::Clean => 0,
             JournalEnd::Cut { bytes } => {
-                let line_break = if bytes == 0 { "\n" } else { "" };
-                file.set_len(read.journal.good_bytes as u64)
-                    .and_then(|()| file.write_all(line_break.as_bytes()))
-                    .and_then(|()| file.sync_all())
-                    .map_err(system(&journal_path))?;
+                let cut = file.cut(read.journal.good_bytes);
+                cut.map_err(system(&journal_path))?;
                 bytes as u64
             }
             JournalEnd::Damaged { .. } => {
@@ -249,7 +240,7 @@ impl SessionFolder {
         }
         let mut row = Vec::new();
         write_rows(state, &mut row, true).map_err(unwritable(&path))?;
-        let file = OpenOptions::new().append(true).open(&path);
+        let file = append_inside(&self.path, READINGS);
         let written = file.and_then(|mut file| file.write_all(&row));
         written.map_err(system(&path))
     }

@@ -285,7 +285,10 @@ impl GaugeStream {
         let (values, changes) = self.changed(from_s);
         if values >= LEAST_OF_A_REST {
             let (least, rests) = self.flicker;
-            self.flicker = (least.min(changes as f64 / values as f64), rests + 1);
+            let (values, changes) = (values as f64, changes as f64);
+            // That all of a few values differ does not mean that all of many will (rule of succession).
+            let share = (changes / values).min((changes + 1.0) / (values + 2.0));
+            self.flicker = (least.min(share), rests + 1);
         }
     }
 

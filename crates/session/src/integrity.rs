@@ -168,11 +168,18 @@ fn columns((table, at): (&ReadingTable, usize)) -> Vec<(String, String)> {
             .map_or_else(|| index.to_string(), str::to_owned)
     };
     let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    let of_table = |value: &Option<String>| value.clone().unwrap_or_default();
+    let [force_zero, displacement_zero] = reading
+        .text
+        .as_deref()
+        .map_or([None; 2], |text| text.zero_si);
     let text = |part: fn(&ReadingText) -> &str| {
         let text = reading.text.as_deref();
         text.map_or_else(String::new, |text| part(text).to_owned())
     };
     let columns = [
+        ("session", of_table(&table.session)),
+        ("utc", text(|text| &text.utc)),
         ("pose", reading.pose.to_string()),
         ("direction", reading.direction.to_string()),
         ("branch", reading.branch.to_string()),
@@ -184,17 +191,23 @@ fn columns((table, at): (&ReadingTable, usize)) -> Vec<(String, String)> {
         ("zero_id", label(&table.zeros, reading.zero)),
         ("force_N", reading.force_n.to_string()),
         ("force_raw", text(|text| &text.force_raw)),
+        ("force_zero_N", optional(force_zero)),
         (
             "displacement_um",
             (reading.displacement_m * 1e6).to_string(),
         ),
         ("displacement_raw", text(|text| &text.displacement_raw)),
+        (
+            "displacement_zero_um",
+            optional(displacement_zero.map(|m| m * 1e6)),
+        ),
         ("t_s", optional(reading.time_s)),
         ("hold_s", optional(reading.hold_s)),
         ("temp_degC", optional(reading.temperature_deg_c)),
         ("status", reading.status.to_string()),
         ("flag", text(|text| &text.flag)),
         ("note", text(|text| &text.note)),
+        ("origin", of_table(&table.origin)),
     ];
     columns
         .map(|(column, value)| (column.to_owned(), value))

@@ -181,7 +181,12 @@ pub fn read_journal(bytes: &[u8]) -> ReadJournal {
                     let kept = records.entry(found).or_insert_with(|| record.clone());
                     lost += usize::from(*kept != record);
                 }
-                (found != expected).then_some(Damage::Sequence { found, expected })
+                let seal = &text[next - rest.len() - SEAL_BYTES..next - rest.len()];
+                let capital = seal.iter().position(u8::is_ascii_uppercase);
+                let sequence = Damage::Sequence { found, expected };
+                (found != expected)
+                    .then_some(sequence)
+                    .or(capital.map(|place| foreign(&seal[place..=place])))
             }
             Err(problem) => Some(problem).filter(|_| torn.is_none()),
         };

@@ -45,7 +45,7 @@ pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, checksum, read_journal,
     write_line, write_lines,
 };
-pub use lock::{FolderHolder, folder_holder, host};
+pub use lock::{FolderHolder, JournalFile, folder_holder, host};
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{SessionCell, SessionPlan};
 pub use raw_bytes::{RawBytes, RawCheck, WrongBytes, check_raw_bytes};

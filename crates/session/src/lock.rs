@@ -1,13 +1,15 @@
 //! The lock of a session: which process has it. It is on the journal, the file that is written; `session.lock` only states whose it is.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io;
-use std::path::Path;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
 
 use super::folder::{FolderError, JOURNAL, put, system};
 use super::inside::{alone, inside, read_inside};
+use super::journal::Store;
+use super::whole_file::replace;
 
 /// Name of the file that states who has the session; it stays when nobody has.
 const HOLDER: &str = "session.lock";
@@ -75,12 +77,74 @@ fn holder_text(folder: &Path) -> String {
     }
 }
 
+/// The journal of a session on the disk, locked as long as it is open. If another program cuts it, deletes it or puts another file in its
+/// place meanwhile, it is written again whole with the next event.
+#[derive(Debug)]
+pub struct JournalFile {
+    folder: PathBuf,
+    file: File,
+    /// All that it holds.
+    whole: Vec<u8>,
+}
+
+impl JournalFile {
+    /// Whether the file of this name is the one that is open, as long as it should be.
+    fn is_there(&self) -> io::Result<bool> {
+        let Ok(there) = self.folder.join(JOURNAL).symlink_metadata() else {
+            return Ok(false);
+        };
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let open = self.file.metadata()?;
+            if (open.dev(), open.ino()) != (there.dev(), there.ino()) {
+                return Ok(false);
+            }
+        }
+        Ok(there.len() == self.whole.len() as u64)
+    }
+
+    /// Cuts it behind so many bytes, and ends the last line if it has no end.
+    pub(super) fn cut(&mut self, bytes: usize) -> io::Result<()> {
+        self.file.set_len(bytes as u64)?;
+        self.whole.truncate(bytes);
+        if self.whole.last().is_some_and(|last| *last != b'\n') {
+            self.write_all(b"\n")?;
+        }
+        self.file.sync_all()
+    }
+}
+
+impl Write for JournalFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.whole.extend_from_slice(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Store for JournalFile {
+    fn sync(&mut self) -> io::Result<()> {
+        self.file.sync_data()?;
+        if !self.is_there()? {
+            replace(&self.folder.join(JOURNAL), &self.whole)?;
+            let options = &mut OpenOptions::new();
+            self.file = opened(&self.folder, options.append(true), File::try_lock)?;
+        }
+        Ok(())
+    }
+}
+
 /// Opens the journal of a folder for this process alone, and states whose it is.
 pub(super) fn open_alone(
     folder: &Path,
     options: &mut OpenOptions,
     now: Timestamp,
-) -> Result<File, FolderError> {
+) -> Result<JournalFile, FolderError> {
     let journal = folder.join(JOURNAL);
     let file = match opened(folder, options, File::try_lock) {
         Ok(file) => alone(file).map_err(system(&journal))?,
@@ -99,7 +163,11 @@ pub(super) fn open_alone(
         now.strftime("%Y-%m-%d %H:%M:%S UTC")
     );
     put(&folder.join(HOLDER), holder.as_bytes())?;
-    Ok(file)
+    Ok(JournalFile {
+        folder: folder.to_owned(),
+        file,
+        whole: read_inside(folder, JOURNAL).map_err(system(&journal))?,
+    })
 }
 
 /// Name of the machine, as far as the system reports it.

@@ -64,6 +64,32 @@ fn every_changed_byte_is_found_and_named_by_its_line() {
 }
 
 #[test]
+fn a_checksum_in_capitals_is_damage_and_its_record_is_kept() {
+    let bytes = journal(&["one", "two", "three"]);
+    let seals = bytes.split(|byte| *byte == b'\n').scan(0, |end, line| {
+        let from = *end + line.len().saturating_sub(10);
+        *end += line.len() + 1;
+        Some(from..*end - 1)
+    });
+    let letters: Vec<usize> = seals
+        .flatten()
+        .filter(|place| bytes[*place].is_ascii_lowercase())
+        .collect();
+    assert!(!letters.is_empty());
+    for place in letters {
+        let mut changed = bytes.clone();
+        changed[place] ^= 0x20;
+        let read = read_journal(&changed);
+        assert!(
+            matches!(read.end, JournalEnd::Damaged { lines: 0, .. }),
+            "byte {place}: {:?}",
+            read.end
+        );
+        assert_eq!(read.records.len(), 3, "byte {place}");
+    }
+}
+
+#[test]
 fn a_line_that_is_missing_or_twice_is_found() {
     let bytes = journal(&["one", "two", "three"]);
     let text = String::from_utf8(bytes).unwrap();

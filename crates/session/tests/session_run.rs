@@ -12,9 +12,10 @@ use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Event, FolderError, FolderHolder, JOURNAL_SCHEMA, JournalEnd, Machine, Operator,
-    OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
-    SessionState, SessionView, Settings, Started, folder_holder, read_folder, recover, run,
+    Answers, Bell, Event, FolderError, FolderHolder, JOURNAL_SCHEMA, JournalEnd, Machine, Noted,
+    Operator, OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
+    SessionState, SessionView, Settings, Started, folder_holder, read_folder, read_journal,
+    recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
 
@@ -145,6 +146,7 @@ fn session_of(
             procedure_sha256: String::new(),
             robot_sha256: None,
             header_sha256: None,
+            instruments_sha256: None,
             mechanism: None,
             origin: None,
             software,
@@ -291,6 +293,44 @@ fn a_second_process_gets_the_holder_of_the_session() {
     assert!(SessionFolder::open(&path, now).is_ok());
     let error = SessionFolder::create(&path, "", None, now).unwrap_err();
     assert!(matches!(error, FolderError::Exists { .. }));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_journal_that_is_cut_deleted_or_replaced_while_it_is_open_loses_nothing() {
+    let desk = tempfile::tempdir().unwrap();
+    let path = desk.path().join("s");
+    let journal = path.join("journal.jsonl");
+    let (now, header) = (Timestamp::UNIX_EPOCH, "schema = \"stiffbench/session/1\"\n");
+    let (_, mut held) = SessionFolder::create(&path, header, None, now).unwrap();
+    let victim = desk.path().join("victim");
+    std::fs::write(&victim, "mine").unwrap();
+    let harms: [&dyn Fn(); 5] = [
+        &|| std::fs::write(&journal, "").unwrap(),
+        &|| std::fs::remove_file(&journal).unwrap(),
+        &|| std::fs::write(&journal, "a longer text".repeat(99)).unwrap(),
+        &|| {
+            let copy = path.join("copy");
+            std::fs::copy(&journal, &copy).unwrap();
+            std::fs::rename(&copy, &journal).unwrap();
+        },
+        &|| {
+            std::fs::remove_file(&journal).unwrap();
+            std::os::unix::fs::symlink(&victim, &journal).unwrap();
+        },
+    ];
+    for (number, harm) in (1..).zip(harms) {
+        let note = |text: String| Event::Note(Noted { cell: None, text });
+        held.append(note(format!("a {number}")), now, 0.0).unwrap();
+        harm();
+        held.append(note(format!("b {number}")), now, 0.0).unwrap();
+        let read = read_journal(&std::fs::read(&journal).unwrap());
+        assert_eq!(read.records.len(), 2 * number, "{number}");
+        assert_eq!(read.end, JournalEnd::Clean, "{number}");
+        let error = SessionFolder::open(&path, now).unwrap_err();
+        assert!(matches!(error, FolderError::InUse { .. }), "{number}");
+    }
+    assert_eq!(std::fs::read(&victim).unwrap(), b"mine");
 }
 
 #[test]

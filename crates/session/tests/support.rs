@@ -380,6 +380,7 @@ impl Rig {
             procedure_sha256: String::new(),
             robot_sha256: None,
             header_sha256: None,
+            instruments_sha256: None,
             mechanism: None,
             origin: None,
             software: "test".to_owned(),

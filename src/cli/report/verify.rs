@@ -26,9 +26,8 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let name = args.page.display().to_string();
     let page = read_page(&name, read_text(&args.page)?)?;
     let template = template(args.template.as_deref(), PageFormat::Html)?;
-    let settings = page.settings.clone().unwrap_or_default();
     let is_named = !args.sessions.is_empty();
-    let again = is_named.then(|| again(&page, args, &settings, &template, global));
+    let again = is_named.then(|| again(&page, args, page.settings(), &template, global));
     let check = page.check(&template, again.transpose()?.as_ref())?;
     let exit = match (check.good, check.differing) {
         (true, _) => 0,

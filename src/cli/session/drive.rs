@@ -1,6 +1,5 @@
 //! `session run` and `session resume`.
 
-use std::fs::File;
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -24,9 +23,9 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, KeptAwake, Machine, Operator, RepeatCheck,
-    Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings,
-    Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
+    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
+    RepeatCheck, Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState,
+    Settings, Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -41,7 +40,7 @@ use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
     answers, check_place, gauge_terms, instrument_records, overdue, plan_of,
-    refuse_keys_without_hands, robot_of, run_out,
+    refuse_keys_without_hands, resume_command, robot_of, run_out,
 };
 use super::repeats::BenchRepeats;
 
@@ -54,7 +53,7 @@ const INTERRUPTED: u8 = 130;
 /// A session that is about to run.
 struct Ready {
     folder: SessionFolder,
-    journal: Journal<File>,
+    journal: Journal<JournalFile>,
     state: SessionState,
     plan: SessionPlan,
     instruments: Instruments,
@@ -303,11 +302,7 @@ fn drive(
     let lag_s = lag_s(clock.speed());
     // Faster than gauges are compared with each other, no time is taken for the readings either.
     let repeats = ready.robot.filter(|_| lag_s.is_finite());
-    let repeats = repeats.map(|(model, header)| BenchRepeats {
-        model,
-        header,
-        plan: ready.plan.clone(),
-    });
+    let repeats = repeats.map(|(model, header)| BenchRepeats { model, header });
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         checks_repeats: repeats.is_some(),
@@ -399,8 +394,8 @@ fn report(
 ) -> Printed {
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
     let (next, exit) = match outcome {
-        SessionEnd::Complete => ("stiffness", 0),
-        SessionEnd::Partial | SessionEnd::Aborted => ("session resume", INTERRUPTED),
+        SessionEnd::Complete => (format!("stiffness {}", folder.display()), 0),
+        SessionEnd::Partial | SessionEnd::Aborted => (resume_command(folder, state), INTERRUPTED),
     };
     let outcome = SessionOutcome::from(outcome);
     let word = outcome.words();
@@ -412,7 +407,7 @@ fn report(
     if !repeats.is_empty() {
         document.item(format!("Resuming repeats: {}", repeats.join("; ")));
     }
-    document.next(format!("{next} {}", folder.display()));
+    document.next(next);
     let report = RunReport {
         folder: folder.to_owned(),
         outcome,
@@ -443,6 +438,7 @@ fn state_gauges(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
 
 /// The first event of a session.
 fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: String) -> Event {
+    let [header_sha256, instruments_sha256] = header_sha256(&header.to_toml());
     Event::Started(Started {
         schema: Some(JOURNAL_SCHEMA.to_owned()),
         session: header.id.clone().unwrap_or_default(),
@@ -452,7 +448,8 @@ fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: Stri
         pid: std::process::id(),
         host: host(),
         robot_sha256: header.robot_sha256.clone(),
-        header_sha256: header_sha256(&header.to_toml()),
+        header_sha256,
+        instruments_sha256,
         mechanism: header.mechanism.clone(),
         origin: header.origin.clone(),
         displacement_axes: procedure.displacement_axes.clone(),

@@ -16,7 +16,7 @@ use crate::session::{
     folder_holder, read_folder,
 };
 
-use super::prepare::{day_of_last_event, overdue, plan_of};
+use super::prepare::{day_of_last_event, overdue, plan_of, resume_command};
 
 /// Prints the progress of a session.
 pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
@@ -77,12 +77,11 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     }
     let goes_on = next.is_some() || state.undecided.is_some();
     if outcome != SessionOutcome::Running {
-        let command = if goes_on {
-            "session resume"
+        document.next(if goes_on {
+            resume_command(folder, &state)
         } else {
-            "stiffness"
-        };
-        document.next(format!("{command} {}", folder.display()));
+            format!("stiffness {}", folder.display())
+        });
     }
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(read.journal.end.warning());

@@ -12,7 +12,7 @@ use crate::cli::failure::Failure;
 use crate::cli::global::today;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
-use crate::session::{Answers, FolderError, ReadFolder, SessionPlan};
+use crate::session::{Answers, FolderError, ReadFolder, SessionPlan, SessionState};
 use crate::stiffness::{GaugePair, GaugeTerms};
 
 use super::args::{BenchArgs, CaptureWord};
@@ -58,6 +58,15 @@ pub(in crate::cli) fn instrument_records(
     let read = SessionHeader::from_toml(&name, &read_text(path)?)?;
     let warnings = read.unknown_keys.iter().map(|key| key.warning(&name));
     Ok((read.header.instruments, warnings.collect()))
+}
+
+/// The command that goes on with a session; one on an emulated bench goes on there.
+pub(super) fn resume_command(folder: &Path, state: &SessionState) -> String {
+    let started = state.started.as_ref();
+    let origin = started.and_then(|started| started.origin.as_deref());
+    let emulated = origin.is_some_and(|origin| origin.starts_with("emulated"));
+    let option = if emulated { " --emulated" } else { "" };
+    format!("session resume {}{option}", folder.display())
 }
 
 /// The day of the last event of a session, UTC; today if it has none.

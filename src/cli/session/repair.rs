@@ -206,6 +206,9 @@ fn verify_files(
             unknown.push("session.toml (procedure)");
         }
     }
+    if started.is_none_or(|started| started.instruments_sha256.is_none()) {
+        unknown.push("session.toml (instruments)");
+    }
     (robot.is_some_and(|hash| !is_that(hash)), unknown)
 }
 
@@ -230,8 +233,9 @@ fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, S
 /// Keeps what is good in a new folder; an overdue calibration is refused under `--strict` before it is made.
 pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result<Outcome, Failure> {
     // Of a damaged session not even the header may be left.
-    let planned = read_folder(folder).ok();
-    let planned = planned.and_then(|read| Some((plan_of(&read).ok()?.1, day_of_last_event(&read))));
+    let read = read_folder(folder).ok();
+    let planned = read.as_ref();
+    let planned = planned.and_then(|read| Some((plan_of(read).ok()?.1, day_of_last_event(read))));
     let warnings = match planned {
         Some((header, day)) => overdue(&header.instruments, day, global)?,
         None => Vec::new(),
@@ -246,6 +250,12 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
         counted(journal.records.len(), "event"),
         counted(state.readings.len(), "reading"),
     ));
+    // A journal without its end is as intact as one of a session that was broken off; the table may know more.
+    if let (Some(read), Some(file)) = (read, session_file(folder, "readings.csv")?)
+        && let Ok((TableCheck::Changed(_), changed, _)) = verify_table(folder, Some(&file), &read)
+    {
+        document.item(format!("not taken over from {}: {changed}", file.display()));
+    }
     document.item(format!("{} is as it was", folder.display()));
     document.next(format!("session status {}", out.display()));
     let data = report(&journal, &state, exit);

@@ -3,10 +3,11 @@
 use crate::analysis::{ResolvedModel, check_data};
 use crate::mismatch::{BadReading, BadRun};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{ReadOptions, ReadingTable, SessionHeader, read_readings};
+use crate::readings::{
+    ReadOptions, ReadingTable, SessionHeader, read_readings, read_vector_readings,
+};
 use crate::report::significant;
-use crate::session::{Contradiction, RepeatCheck, SessionPlan, SessionState, table};
-use crate::test_point::{Direction, PoseId};
+use crate::session::{Contradiction, RepeatCheck, SessionState, table};
 
 /// The test that a diagnosis makes before its search.
 pub(super) struct BenchRepeats {
@@ -14,8 +15,6 @@ pub(super) struct BenchRepeats {
     pub(super) model: ResolvedModel,
     /// Its header: the steps of the gauges.
     pub(super) header: SessionHeader,
-    /// Its plan.
-    pub(super) plan: SessionPlan,
 }
 
 impl RepeatCheck for BenchRepeats {
@@ -27,23 +26,29 @@ impl RepeatCheck for BenchRepeats {
 
 impl BenchRepeats {
     fn found(&self, state: &SessionState, cell: usize) -> Option<Vec<Contradiction>> {
-        let cell = self.plan.cells.get(cell)?;
-        let place = (&cell.pose, cell.direction.axis()?);
-        if state.is_of_vectors() {
-            return None;
-        }
         let mut text = Vec::new();
         table(state, &mut text).ok()?;
-        let readings = read_readings("readings.csv", &text[..], &ReadOptions::default()).ok()?;
+        let name = "readings.csv";
+        let readings = if state.is_of_vectors() {
+            read_vector_readings(name, &text[..]).ok()?
+        } else {
+            read_readings(name, &text[..], &ReadOptions::default()).ok()?
+        };
         let screened = check_data(&readings, Some(&self.header), &self.model).ok()?;
-        let is_here = |pose: &PoseId, direction: Direction| (pose, direction) == place;
         let runs = screened.bad_runs.iter();
-        let runs = runs.filter(|bad| is_here(&bad.pose, bad.direction));
         let runs = runs.filter_map(|bad| of_run(&readings, bad));
         let single = screened.bad_readings.iter();
-        let single = single.filter(|bad| is_here(&bad.pose, bad.direction));
         let single = single.map(|bad| of_reading(&readings, bad));
-        Some(runs.chain(single).collect())
+        let is_here = |number: &u32| {
+            let mut all = state.readings.iter();
+            all.any(|kept| kept.taken.number == *number && kept.taken.cell == cell)
+        };
+        let found = runs.chain(single);
+        Some(
+            found
+                .filter(|one| one.numbers.first().is_some_and(is_here))
+                .collect(),
+        )
     }
 }
 
@@ -51,7 +56,10 @@ impl BenchRepeats {
 fn numbers(table: &ReadingTable, lines: &[u32]) -> Vec<u32> {
     let readings = table.readings.iter();
     let those = readings.filter(|reading| lines.contains(&reading.line));
-    those.map(|reading| reading.seq).collect()
+    let mut numbers: Vec<u32> = those.map(|reading| reading.seq).collect();
+    // Of several gauges the readings of one load have one number.
+    numbers.dedup();
+    numbers
 }
 
 /// A whole run; `None` for a cell, which no run puts right.

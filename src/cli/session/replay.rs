@@ -60,7 +60,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
         if let Event::Started(started) = &mut record.event {
             started.session = header.id.clone().unwrap_or_default();
             started.origin.clone_from(&header.origin);
-            started.header_sha256 = header_sha256(&header.to_toml());
+            [started.header_sha256, started.instruments_sha256] = header_sha256(&header.to_toml());
         }
     }
     let robot = session_file(&args.folder, "robot.toml")?;

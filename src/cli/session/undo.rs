@@ -14,7 +14,7 @@ use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
 use super::inspect::{event_text, undone_text};
-use super::prepare::{day_of_last_event, overdue, plan_of};
+use super::prepare::{day_of_last_event, overdue, plan_of, resume_command};
 
 /// Takes back the last reading, skip or flag, and states which it was.
 pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
@@ -59,7 +59,7 @@ pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
         plan.len(),
         record.seq,
     ));
-    document.next(format!("session resume {}", folder.display()));
+    document.next(resume_command(folder, &state));
     let report = UndoReport {
         folder: folder.to_owned(),
         event: record.seq,

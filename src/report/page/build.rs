@@ -112,8 +112,8 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         },
         settings: settings.clone(),
         program: PageProgram {
-            name: env!("CARGO_PKG_NAME"),
-            version: env!("CARGO_PKG_VERSION"),
+            name: env!("CARGO_PKG_NAME").to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: COMMIT.to_owned(),
             template_sha256: template_sha256.to_owned(),
         },

@@ -91,12 +91,12 @@ pub struct PageAmendment {
 }
 
 /// The program that made a report.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct PageProgram {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// Its version.
-    pub version: &'static str,
+    pub version: String,
     /// The commit it was built from, with `+changes` if the sources differed from it; empty if not known. The number of the report does
     /// not follow from it.
     pub commit: String,

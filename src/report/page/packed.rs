@@ -26,6 +26,9 @@ const USUAL: [&str; 5] = [
     " xmlns=\"http://www.w3.org/2000/svg\"",
 ];
 
+/// The element with the data of a page.
+const DATA_TAG: &str = "<script type=\"application/json\" id=\"stiffbench-data\">";
+
 /// Words of the tags of a drawing: elements, their ends, attributes. Another one makes the drawing none.
 #[rustfmt::skip]
 const WORDS: [&str; 42] = [
@@ -33,6 +36,22 @@ const WORDS: [&str; 42] = [
     "svg", "/svg", "text", "/text", "title", "/title", "cx=", "cy=", "dy=", "fill=", "font-size=", "height=", "opacity=", "points=",
     "r=", "role=", "stroke=", "stroke-width=", "text-anchor=", "transform=", "viewBox=", "width=", "x=", "x1=", "x2=", "y=", "y1=",
     "y2=",
+];
+
+/// Further words of the tags of a page around its drawings.
+#[rustfmt::skip]
+const PAGE_WORDS: [&str; 72] = [
+    "!DOCTYPE", "html", "/html", "head", "/head", "meta", "style", "/style", "body", "/body", "div", "/div", "span", "/span", "header",
+    "/header", "h1", "/h1", "h2", "/h2", "h3", "/h3", "h4", "/h4", "p", "/p", "strong", "/strong", "main", "/main", "section", "/section",
+    "dl", "/dl", "dt", "/dt", "dd", "/dd", "ul", "/ul", "li", "/li", "table", "/table", "thead", "/thead", "tbody", "/tbody", "tr", "/tr",
+    "th", "/th", "td", "/td", "pre", "/pre", "code", "/code", "small", "/small", "br", "figure", "/figure", "/script",
+    "class=", "lang=", "charset=", "name=", "content=", "scope=", "aria-hidden=", "aria-label=",
+];
+
+/// What a style sheet does not have: it would hide what stands on the page, or fetch something.
+#[rustfmt::skip]
+const HIDING: [&str; 9] = [
+    "display:none", "visibility:", "opacity:", "clip", "text-indent", "font-size:0", "transparent", "url(", "@import",
 ];
 
 /// A drawing for a page, without what goes without saying.
@@ -83,17 +102,44 @@ fn unpack(packed: &str) -> Option<String> {
 
 /// Whether every tag is one of a drawing in its plainest form: it shows shapes and text, and neither acts, hides nor fetches.
 fn is_drawing(svg: &str) -> bool {
-    let is_plain = |tag: &str| {
-        let parts: Vec<&str> = tag.split('"').collect();
-        let mut words = parts.iter().step_by(2).flat_map(|part| part.split(' '));
-        let mut values = parts.iter().skip(1).step_by(2);
-        parts.len() % 2 == 1
-            && words.all(|word| WORDS.contains(&word))
-            && values.all(|value| value.starts_with("rotate(") || !value.contains(['(', '\\']))
-    };
     let svg = svg.replacen(FONTS_OF_ALL, "", 1);
     let mut tags = svg.split('<').skip(1);
-    tags.all(|tag| tag.split_once('>').is_some_and(|(tag, _)| is_plain(tag)))
+    tags.all(|tag| {
+        let tag = tag.split_once('>');
+        let is_inert = |value: &str| value.starts_with("rotate(") || !value.contains('(');
+        tag.is_some_and(|(tag, _)| is_plain(tag, &[&WORDS], is_inert))
+    })
+}
+
+/// Whether the words of a tag are known, and its values neither act nor fetch.
+fn is_plain(tag: &str, known: &[&[&str]], is_inert: impl Fn(&str) -> bool) -> bool {
+    let parts: Vec<&str> = tag.split('"').collect();
+    let mut words = parts.iter().step_by(2).flat_map(|part| part.split(' '));
+    let mut values = parts.iter().skip(1).step_by(2);
+    parts.len() % 2 == 1
+        && words.all(|word| known.iter().any(|words| words.contains(&word)))
+        && values.all(|value| is_inert(value) && !value.contains('\\'))
+}
+
+/// What no report has, whatever its template: elements that act or fetch, and styles that hide; each with its line, from 1.
+pub(super) fn foreign_markup(page: &str) -> Vec<(usize, String)> {
+    let is_inert = |value: &str| !value.to_lowercase().contains("url(");
+    let page = page.replace(FONTS_OF_ALL, "").replacen(DATA_TAG, "<br>", 1);
+    let mut foreign = Vec::new();
+    let mut line = 1;
+    for (place, part) in page.split('<').enumerate() {
+        let tag = part.split_once('>').map_or(part, |(tag, _)| tag);
+        if place > 0 && !is_plain(tag, &[&WORDS, &PAGE_WORDS], is_inert) {
+            foreign.push((line, format!("<{tag}>")));
+        }
+        if let Some(sheet) = part.strip_prefix("style>") {
+            let sheet = sheet.split_whitespace().collect::<String>().to_lowercase();
+            let hiding = HIDING.iter().find(|hiding| sheet.contains(*hiding));
+            foreign.extend(hiding.map(|hiding| (line, format!("{hiding} in a style sheet"))));
+        }
+        line += part.matches('\n').count();
+    }
+    foreign
 }
 
 #[cfg(test)]

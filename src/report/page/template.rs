@@ -119,7 +119,10 @@ impl PageTemplate {
     }
 
     /// The page of data as they stand in one.
-    pub(super) fn render_json(&self, json: &str) -> Result<RenderedPage, ReportError> {
+    ///
+    /// # Errors
+    /// As [`render`](Self::render) of the template, and for what is not JSON.
+    pub fn render_json(&self, json: &str) -> Result<RenderedPage, ReportError> {
         let mut data: Json = serde_json::from_str(json).map_err(|error| ReportError::Template {
             place: self.name.clone(),
             problem: error.to_string(),

@@ -1,6 +1,7 @@
 //! Reports verified: from the page alone, and against the sessions it was made of.
 
 use schemars::JsonSchema;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use stiffbench_document::Document;
@@ -9,8 +10,9 @@ use crate::analysis::sha256;
 
 use super::build::SCHEMA;
 use super::error::ReportError;
+use super::packed::foreign_markup;
 use super::template::{DATA_BEGINS, DATA_ENDS, PageTemplate, embedded};
-use super::{PageSettings, ReportPage};
+use super::{PageProgram, PageSettings, ReportPage};
 use crate::count::counted;
 
 /// So many differences are listed; the others are counted.
@@ -34,10 +36,27 @@ pub struct ReadPage {
     text: String,
     /// The data as they stand in the page.
     json: String,
-    /// The same, if they are JSON.
-    data: Option<Value>,
-    /// Options, if they can be read.
-    pub settings: Option<PageSettings>,
+    /// What they state of the report; nothing if they cannot be read.
+    stated: PageStatement,
+}
+
+/// What the data of a page state of the report itself.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+struct PageStatement {
+    schema: String,
+    number: String,
+    program: PageProgram,
+    settings: PageSettings,
+    comparison: Option<IgnoredAny>,
+    sessions: Vec<StatedSession>,
+}
+
+/// What they state of a session.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+struct StatedSession {
+    overdue: Vec<String>,
 }
 
 /// One thing that is not as it should be.
@@ -94,44 +113,35 @@ pub fn read_page(name: &str, text: String) -> Result<ReadPage, ReportError> {
             page: name.to_owned(),
         });
     };
-    let data: Option<Value> = serde_json::from_str(&json).ok();
-    let settings = data.as_ref().and_then(|data| data.get("settings"));
-    let settings = settings.and_then(|settings| PageSettings::deserialize(settings).ok());
+    let stated = serde_json::from_str(&json).unwrap_or_default();
     Ok(ReadPage {
         name: name.to_owned(),
         text,
         json,
-        data,
-        settings,
+        stated,
     })
 }
 
 impl ReadPage {
+    /// The options that the page records.
+    #[must_use]
+    pub fn settings(&self) -> &PageSettings {
+        &self.stated.settings
+    }
+
     /// Calibrations that the page states as overdue, in words.
     #[must_use]
     pub fn overdue(&self) -> Vec<String> {
-        let listed = |value: &Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
-        let sessions = self.data.iter().flat_map(|data| listed(data, "sessions"));
-        let overdue = sessions.flat_map(|session| listed(&session, "overdue"));
-        let words = overdue.filter_map(|gauge| gauge.as_str().map(str::to_owned));
-        words
+        let gauges = self.stated.sessions.iter().flat_map(|one| &one.overdue);
+        gauges
             .map(|gauge| format!("calibration overdue: {gauge}"))
             .collect()
-    }
-
-    /// A text of the data; empty where there is none.
-    fn stated(&self, pointer: &str) -> String {
-        let value = self.data.as_ref().and_then(|data| data.pointer(pointer));
-        value
-            .and_then(Value::as_str)
-            .map_or_else(String::new, str::to_owned)
     }
 
     /// Whether it is the comparison of two sessions.
     #[must_use]
     pub fn is_comparison(&self) -> bool {
-        let comparison = self.data.as_ref().and_then(|data| data.get("comparison"));
-        comparison.is_some_and(|comparison| !comparison.is_null())
+        self.stated.comparison.is_some()
     }
 
     /// Holds every printed text, number and figure against the data, and the data against their SHA-256, the number of the report and, if
@@ -145,8 +155,15 @@ impl ReadPage {
         again: Option<&ReportPage>,
     ) -> Result<PageCheck, ReportError> {
         let mut differences = self.check_data();
-        let sha256 = self.stated("/program/template_sha256");
-        let printed_compared = sha256 == template.sha256();
+        let program = &self.stated.program;
+        let printed_compared = program.template_sha256 == template.sha256();
+        if !printed_compared {
+            let foreign = foreign_markup(&self.text).into_iter();
+            differences.extend(foreign.map(|(line, markup)| {
+                let expected = "nothing that a report does not have: it may act, hide or fetch";
+                difference(format!("line {line}"), markup, expected)
+            }));
+        }
         if printed_compared {
             // A page whose data were changed may not fit its template any more.
             match template.render_json(&self.json) {
@@ -157,8 +174,8 @@ impl ReadPage {
         } else if again.is_none() && differences.is_empty() {
             return Err(ReportError::OtherTemplate {
                 page: self.name.clone(),
-                sha256,
-                version: self.stated("/program/version"),
+                sha256: program.template_sha256.clone(),
+                version: program.version.clone(),
             });
         }
         let mut compared = ValueComparison {
@@ -168,9 +185,9 @@ impl ReadPage {
         };
         if let Some(again) = again {
             let expected = serde_json::to_value(again).unwrap_or_default();
-            let printed = self.data.as_ref().unwrap_or(&Value::Null);
-            compared.same_program = printed["program"] == expected["program"];
-            compared.compare("", Some(printed), Some(&expected));
+            let printed: Value = serde_json::from_str(&self.json).unwrap_or_default();
+            compared.same_program = *program == again.program;
+            compared.compare("", Some(&printed), Some(&expected));
             let is_whole = compared.same_program && compared.differences.is_empty();
             if is_whole && template.render(again)?.text != self.text {
                 let place = "bytes of the page".to_owned();
@@ -186,8 +203,8 @@ impl ReadPage {
         let (differences, same_program) = (compared.differences, compared.same_program);
         Ok(PageCheck {
             page: self.name.clone(),
-            number: self.stated("/number"),
-            rendered_by: self.stated("/program/version"),
+            number: self.stated.number.clone(),
+            rendered_by: program.version.clone(),
             from_session: again.is_some(),
             byte_by_byte: same_program,
             printed_compared,
@@ -201,9 +218,14 @@ impl ReadPage {
     /// The data against the SHA-256 that is printed, the number of the report, and the form in which the program writes them.
     fn check_data(&self) -> Vec<PageDifference> {
         let place = format!("line {}, embedded data", line_of(&self.text, DATA_BEGINS));
-        let data = match serde_json::from_str::<Value>(&self.json) {
+        let data = serde_json::from_str::<Value>(&self.json);
+        let stated = serde_json::from_str::<PageStatement>(&self.json);
+        let data = match stated.and(data) {
             Ok(data) => data,
-            Err(problem) => return vec![difference(place, problem.to_string(), "JSON")],
+            Err(problem) => {
+                let expected = "the data of a report, in JSON";
+                return vec![difference(place, problem.to_string(), expected)];
+            }
         };
         let (digest, number) = (sha256(&self.json), number_of(&data));
         let visible = self.text.replacen(&self.json, "", 1);
@@ -216,12 +238,12 @@ impl ReadPage {
             let form = "each key once, in the form that the program writes";
             differences.push(difference(place, "another form", form));
         }
-        for (place, path, expected) in [
-            ("number of the report", "/number", number.as_str()),
-            ("schema", "/schema", SCHEMA),
+        for (place, stated, expected) in [
+            ("number of the report", &self.stated.number, number.as_str()),
+            ("schema", &self.stated.schema, SCHEMA),
         ] {
-            if self.stated(path) != expected {
-                differences.push(difference(place.to_owned(), self.stated(path), expected));
+            if stated != expected {
+                differences.push(difference(place.to_owned(), stated, expected));
             }
         }
         differences

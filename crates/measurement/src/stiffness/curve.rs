@@ -163,6 +163,15 @@ impl LoadCurve {
         self.runs.iter().flat_map(|run| &run.points)
     }
 
+    /// The points of each gauge zero, in the order of [`points`](Self::points).
+    pub(super) fn points_by_zero(&self) -> Vec<Vec<&CurvePoint>> {
+        let mut by_zero = vec![Vec::new(); self.n_zeros];
+        for point in self.points() {
+            by_zero[point.zero].push(point);
+        }
+        by_zero
+    }
+
     /// Number of readings in the curve.
     #[must_use]
     pub fn n_points(&self) -> usize {

@@ -245,12 +245,11 @@ fn slope_by_runs(
 
 /// Whether all readings of each gauge zero have one target and forces that are one load: a line through them is drawn by noise.
 fn is_at_one_load(curve: &LoadCurve) -> bool {
-    (0..curve.n_zeros).all(|zero| {
-        let here = || curve.points().filter(|point| point.zero == zero);
-        let mut targets = here().map(|point| curve.loads[point.load].target_n);
+    curve.points_by_zero().into_iter().all(|here| {
+        let mut targets = here.iter().map(|point| curve.loads[point.load].target_n);
         let first = targets.next();
         targets.all(|target_n| Some(target_n) == first)
-            && are_one_load(here().map(|point| point.force_n))
+            && are_one_load(here.iter().map(|point| point.force_n))
     })
 }
 

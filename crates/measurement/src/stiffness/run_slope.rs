@@ -189,9 +189,11 @@ fn pooled_zero<'a>(
         let mean = zeros.iter().sum::<f64>() / zeros.len() as f64;
         sum += zeros.iter().map(|zero| (zero - mean).powi(2)).sum::<f64>();
         dof += zeros.len() as f64 - 1.0;
-        for zero in 0..zeros.len() {
-            let forces = curve.points().filter(|point| point.zero == zero);
-            let (n, force) = forces.fold((0.0, 0.0), |(n, sum), p| (n + 1.0, sum + p.force_n));
+        for points in curve.points_by_zero() {
+            let (n, force) = (
+                points.len() as f64,
+                points.iter().map(|p| p.force_n).sum::<f64>(),
+            );
             let of_slope = run_variance * (line.slope_m_per_n * force / n).powi(2);
             let sd_m = scatter.sd_m(line.slope_m_per_n.abs());
             expected += share * (of_slope + sd_m * sd_m / n);

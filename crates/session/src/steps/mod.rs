@@ -130,6 +130,8 @@ pub struct Machine {
     repeats_checked: Option<(usize, usize)>,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
+    /// What the force gauge sent before the last push on it, N.
+    unpushed_n: Option<f64>,
     /// How long each gauge was not at its zero after it confirmed it, the longest of all times, s.
     zero_takes_s: [f64; Channel::COUNT],
     mounted: Option<usize>,

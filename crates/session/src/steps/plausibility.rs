@@ -251,11 +251,9 @@ impl Machine {
     fn flicker_has_ended(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let dwell_s = self.load.as_ref()?.dwell_s(self.now_s);
         let from_s = self.now_s - dwell_s;
-        let chances = self
-            .feeds
-            .iter()
-            .map(|stream| stream.chance_of_stillness(from_s));
-        (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| CaptureCheck {
+        let chances = self.feeds.iter();
+        let chances = chances.map(|stream| stream.chance_of_stillness(from_s));
+        (combined_chance(chances) < CHANCE_OF_STILLNESS).then(|| CaptureCheck {
             rule: "frozen",
             channel: Channel::Force,
             text: format!(
@@ -362,7 +360,8 @@ impl Machine {
     /// A displacement that is off what its repeats, or the other loads, let expect.
     fn far_from_repeats(&self, taken: &TakenReading, channel: Channel) -> Option<CaptureCheck> {
         let displacement_m = taken.displacement_of(channel)?;
-        let spread_m = self.plan.procedure.settle.spread_m;
+        let settle = &self.plan.procedure.settle;
+        let spread_m = settle.spread_m;
         let accepted = || {
             let all = self.state.accepted().map(|kept| &kept.taken);
             all.filter(|other| other.cell == taken.cell)
@@ -370,10 +369,24 @@ impl Machine {
         let alike = |one: &TakenReading, other: &TakenReading| {
             (one.step, one.branch, one.target_n) == (other.step, other.branch, other.target_n)
         };
-        let repeats: Vec<f64> = accepted()
-            .filter(|other| alike(other, taken))
-            .filter_map(|other| other.displacement_of(channel))
-            .collect();
+        let points = |of: &[&TakenReading]| {
+            let points = of.iter();
+            let points =
+                points.filter_map(|one| Some((one.force_n, one.displacement_of(channel)?)));
+            points.collect::<Vec<(f64, f64)>>()
+        };
+        let branch = accepted().filter(|other| other.branch == taken.branch);
+        let line = LeastSquaresLine::through(points(&branch.collect::<Vec<_>>()).into_iter())
+            .filter(|line| line.sxx > 1.0);
+        // Loads are never set exactly alike: each displacement counts as at the force of this reading.
+        let slope = line.map_or(0.0, |line| line.slope);
+        let at_this_force = |of: Vec<&TakenReading>, force_n: f64| {
+            let values = points(&of).into_iter();
+            let values = values.map(|(other_n, m)| m + slope * (force_n - other_n));
+            values.collect::<Vec<f64>>()
+        };
+        let repeats = accepted().filter(|other| alike(other, taken)).collect();
+        let repeats = at_this_force(repeats, taken.force_n);
         let (expected_m, limit_m, what) = if repeats.is_empty() {
             let loading = accepted().filter(|other| other.branch == Branch::Loading);
             let points =
@@ -385,11 +398,14 @@ impl Machine {
         } else {
             let n = repeats.len() as f64;
             let mean_m = repeats.iter().sum::<f64>() / n;
-            // The force was not exactly the same: a tolerance of force is that much displacement.
-            let compliance = self
-                .compliance_m_per_n(taken.cell, channel)
-                .map_or(0.0, |is_known| is_known.0);
-            let band_m = compliance * 2.0 * self.plan.procedure.settle.force_tolerance_n;
+            // What the force is not known by is that much displacement: a step of the gauge, or its tolerance where nothing shows the slope.
+            let digit = self.stream(Channel::Force).last.as_ref();
+            let band_m = if line.is_some() {
+                slope.abs() * digit.map_or(0.0, |last| last.resolution_si)
+            } else {
+                let known = self.compliance_m_per_n(taken.cell, channel);
+                known.map_or(0.0, |known| known.0) * 2.0 * settle.force_tolerance_n
+            };
             let (mut squares, mut freedom) = (0.0, 0.0);
             let mut seen: Vec<&TakenReading> = Vec::new();
             for one in accepted() {
@@ -397,10 +413,8 @@ impl Machine {
                     continue;
                 }
                 seen.push(one);
-                let group = accepted().filter(|other| alike(one, other));
-                let group: Vec<f64> = group
-                    .filter_map(|other| other.displacement_of(channel))
-                    .collect();
+                let group = accepted().filter(|other| alike(one, other)).collect();
+                let group = at_this_force(group, one.force_n);
                 let mean_m = group.iter().sum::<f64>() / group.len() as f64;
                 squares += group.iter().map(|m| (m - mean_m).powi(2)).sum::<f64>();
                 freedom += group.len() as f64 - 1.0;
@@ -483,8 +497,45 @@ impl Machine {
     }
 }
 
+/// The chance that the product of independent chances is as small as theirs (Fisher); a chance of 1 shows nothing and does not count.
+fn combined_chance(chances: impl Iterator<Item = f64>) -> f64 {
+    let known = chances.filter(|chance| *chance < 1.0);
+    let (product, count) = known.fold((1.0, 0), |(product, count), chance| {
+        (product * chance, count + 1)
+    });
+    if product <= 0.0 {
+        return product;
+    }
+    let size = -f64::ln(product);
+    let mut term = product;
+    let mut chance = 0.0;
+    for k in 0..count.max(1) {
+        chance += term;
+        term *= size / f64::from(k + 1);
+    }
+    chance
+}
+
 /// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.
 fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
     let line = LeastSquaresLine::through(points.iter().copied())?;
     (points.len() >= 3 && line.sxx > 1.0).then(|| line.at(force_n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::combined_chance;
+
+    #[test]
+    fn chances_are_combined_as_fisher_does() {
+        assert_eq!(combined_chance([1.0, 0.02].into_iter()), 0.02);
+        assert_eq!(combined_chance([1.0, 1.0].into_iter()), 1.0);
+        // The upper tail of chi-squared with four degrees of freedom is e^(-x/2) (1 + x/2), here at x = -2 ln 0.0025.
+        let both = combined_chance([0.05, 0.05].into_iter());
+        assert!(
+            (both - 0.0025 * (1.0 + 400_f64.ln())).abs() < 1e-12,
+            "{both}"
+        );
+        assert_eq!(combined_chance([0.0, 0.5].into_iter()), 0.0);
+    }
 }

@@ -30,6 +30,9 @@ const BASE_S: f64 = 1.0;
 /// spreads.
 const BESIDE: (f64, f64, f64) = (10.0, 5.0, 5.0);
 
+/// A force that stays for so long is no hand on the gauge: it was zeroed, or its zero has moved, s.
+const NO_HAND_S: f64 = 15.0;
+
 /// Which way gauges counted under a push: 1 up, -1 down.
 pub(super) type CountedWays = Vec<(Channel, f64)>;
 
@@ -50,6 +53,8 @@ pub(super) struct SignWatch {
     /// What force and displacement gauge showed before, with the spread of the displacement.
     base: Option<[f64; 3]>,
     remarked: bool,
+    /// When it began, s.
+    since_s: f64,
 }
 
 impl Machine {
@@ -82,7 +87,10 @@ impl Machine {
     }
 
     pub(super) fn begin_sign_check(&mut self, cell: usize, out: &mut Vec<Action>) {
-        self.watch = Some(SignWatch::default());
+        self.watch = Some(SignWatch {
+            since_s: self.now_s,
+            ..SignWatch::default()
+        });
         self.forget_windows();
         let stage = self.sign_stage(cell);
         let toward = toward(&stage.along, self.push_n());
@@ -107,7 +115,7 @@ impl Machine {
             return;
         };
         let Some([force_0, moved_0, noise]) = watch.base else {
-            self.take_base(watched);
+            self.take_base(watched, stage.with_force, out);
             return;
         };
         let (force_n, moved_m) = (force - force_0, moved - moved_0);
@@ -156,8 +164,9 @@ impl Machine {
         stage.gauge.or_else(first).unwrap_or(Channel::Displacement)
     }
 
-    /// What the gauges show before the push, both at rest: beside a push that is not let go of yet no later one would count.
-    fn take_base(&mut self, watched: Channel) {
+    /// What the gauges show before the push, both at rest: beside a push that is not let go of yet no later one would count, and under one that
+    /// is held the end moves as it is let go.
+    fn take_base(&mut self, watched: Channel, with_force: bool, out: &mut Vec<Action>) {
         let window = |channel: Channel| {
             let stream = self.stream(channel);
             stream.window(stream.window_from_s(BASE_S, self.now_s))
@@ -166,10 +175,24 @@ impl Machine {
         let both = window(Channel::Force)
             .filter(|force| force.spread <= settle.force_tolerance_n)
             .zip(window(watched).filter(|moved| moved.spread <= settle.spread_m));
-        let base = both.map(|(force, moved)| [force.mean, moved.mean, moved.spread]);
-        if let Some(watch) = &mut self.watch {
-            watch.base = base;
+        let (Some((force, moved)), Some(mut watch)) = (both, self.watch) else {
+            return;
+        };
+        let unpushed_n = self.unpushed_n.filter(|_| !with_force);
+        let held_n = unpushed_n.map_or(0.0, |before_n| (force.mean - before_n).abs());
+        if held_n > 0.5 * self.push_n().abs() && self.now_s - watch.since_s < NO_HAND_S {
+            if !watch.remarked {
+                let text = format!("let go first: the force gauge still shows {held_n:.1} N");
+                self.message(text, true, out);
+            }
+            watch.remarked = true;
+        } else {
+            watch.base = Some([force.mean, moved.mean, moved.spread]);
+            if with_force {
+                self.unpushed_n = Some(force.mean);
+            }
         }
+        self.watch = Some(watch);
     }
 
     fn ask_which_way(&mut self, cell: usize, way: CountedWays, out: &mut Vec<Action>) {

@@ -186,6 +186,7 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
         procedure_sha256: String::new(),
         robot_sha256: None,
         header_sha256: None,
+        instruments_sha256: None,
         mechanism: None,
         origin: None,
         software,
