@@ -64,9 +64,6 @@ pub enum DocumentBlock {
     Table(Table),
 }
 
-/// A column of words, and what it shows of a row.
-pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
-
 /// What a paragraph is that stands out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -200,14 +197,6 @@ impl Document {
     /// Adds a table.
     pub fn table(&mut self, table: impl Into<Table>) {
         self.blocks.push(DocumentBlock::Table(table.into()));
-    }
-
-    /// Adds a table of words.
-    pub fn rows<T>(&mut self, rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) {
-        let table = columns.iter().fold(Table::of(rows), |table, (head, cell)| {
-            table.words(*head, cell)
-        });
-        self.table(table);
     }
 
     /// Adds another document; its list goes on the one at the end.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::Inputs;
 use crate::cli::args::Global;
@@ -110,16 +110,12 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let (_, header, _) = plan_of(&read)?;
     let mut document = Document::new();
-    document.rows(
-        &read.journal.records,
-        &[
-            ("event", &|record| record.seq.to_string()),
-            ("UTC", &|record| {
-                record.utc.strftime("%Y-%m-%d %H:%M:%SZ").to_string()
-            }),
-            ("t, s", &|record| format!("{:.1}", record.t_s)),
-            ("what happened", &|record| event_text(&record.event)),
-        ],
+    document.table(
+        Table::of(&read.journal.records)
+            .numbers("event", |record| record.seq)
+            .words("UTC", |record| record.utc.strftime("%Y-%m-%d %H:%M:%SZ"))
+            .numbers("t, s", |record| format!("{:.1}", record.t_s))
+            .words("what happened", |record| event_text(&record.event)),
     );
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(read.journal.end.warning());

@@ -22,6 +22,17 @@ pub struct KnownEffectReport {
     pub law: LawAtPlace,
     /// Its parameters by name.
     pub parameters: IndexMap<Cow<'static, str>, KnownParameter>,
+    /// What readings determine where they do not tell the parameters apart, by name; nothing of most laws.
+    pub combination: IndexMap<Cow<'static, str>, KnownCombination>,
+}
+
+/// A number that readings make of the parameters of a law.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct KnownCombination {
+    /// Without what was found.
+    pub before: FittedParameter,
+    /// With what was found.
+    pub after: FittedParameter,
 }
 
 /// A value that was given, fitted again.
@@ -46,9 +57,17 @@ impl From<&KnownEffect> for KnownEffectReport {
             };
             (spec.name.into(), parameter)
         });
+        let law = known.given.law;
+        let made = law.combination.as_ref().zip(known.combination.as_ref());
+        let made = made.map(|(combination, [before, after])| {
+            let spec = combination.spec.at(&known.given.place);
+            let [before, after] = [before, after].map(|one| FittedParameter::of_law(&spec, one));
+            (spec.name.into(), KnownCombination { before, after })
+        });
         Self {
             law: (&known.given).into(),
             parameters: parameters.collect(),
+            combination: made.into_iter().collect(),
         }
     }
 }
@@ -63,7 +82,7 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
     section.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
     let mut rows = Table::new([
         words("effect"),
-        numbers("value"),
+        words("value"),
         numbers("given"),
         numbers("fitted"),
         numbers("95 % interval"),
@@ -75,6 +94,15 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
                 name.clone(),
                 with_unit(parameter, &value.after.unit),
                 significant(value.given, 4),
+                significant(value.after.value, 4),
+                value.after.interval_in_words(3),
+            ]);
+        }
+        for (combination, value) in &one.combination {
+            rows.row([
+                name.clone(),
+                with_unit(combination, &value.after.unit),
+                "-".to_owned(),
                 significant(value.after.value, 4),
                 value.after.interval_in_words(3),
             ]);

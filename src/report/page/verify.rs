@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use stiffbench_document::Document;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::sha256;
 
@@ -280,13 +280,11 @@ impl PageCheck {
         if self.differing > 0 {
             let count = counted(self.differing, "difference");
             document.paragraph(format!("NOT VERIFIED: {count}."));
-            document.rows(
-                &self.differences,
-                &[
-                    ("place", &|one| one.place.clone()),
-                    ("on the page", &|one| one.printed.clone()),
-                    ("expected", &|one| one.expected.clone()),
-                ],
+            document.table(
+                Table::of(&self.differences)
+                    .words("place", |one| &one.place)
+                    .words("on the page", |one| &one.printed)
+                    .words("expected", |one| &one.expected),
             );
             let more = self.differing - self.differences.len();
             if more > 0 {

@@ -402,8 +402,7 @@ fn report(
             .find(|(trial, ..)| trial.case == case && trial.phase == phase)
     };
     let mut text = String::from("Every fault in every phase, and what became of the session\n\n");
-    let heads: Vec<&str> = ["fault"].iter().chain(phases).copied().collect();
-    let mut table = Table::new(&heads);
+    let mut table = Table::new(["fault"].iter().chain(phases));
     for &case in cases {
         let effects = phases.iter().map(|phase| {
             let effect = of(case, phase).map(|(_, effect, _)| effect.to_string());

@@ -17,7 +17,7 @@ use stiffbench::structure::{Solver, StructureError};
 use stiffbench::test_point::{Cell, Direction, PoseId};
 
 use super::table_iv::{PaperRow, PaperTableIv};
-use stiffbench::report::{Table, significant};
+use stiffbench::report::{Table, numbers, significant, words};
 
 const UM_PER_M: f64 = 1e6;
 
@@ -230,16 +230,16 @@ impl ReferencePose {
 
     /// Table IV with the paper's columns beside ours.
     fn table(&self, seconds_per_solve: f64, paper: &PaperTableIv) -> Table {
-        let mut table = Table::new(&[
-            "force, N",
-            "solids, um",
-            "fitted beams, um",
-            "difference, %",
-            "paper, %",
-            "solids, s",
-            "paper, s",
-            "fitted beams, s",
-            "paper, s",
+        let mut table = Table::new([
+            words("force, N"),
+            numbers("solids, um"),
+            numbers("fitted beams, um"),
+            numbers("difference, %"),
+            numbers("paper, %"),
+            numbers("solids, s"),
+            numbers("paper, s"),
+            numbers("fitted beams, s"),
+            numbers("paper, s"),
         ]);
         for row in &self.rows {
             let printed = paper.row(axis(&row.reference), row.reference.force_n);
@@ -263,13 +263,13 @@ impl ReferencePose {
 
     /// What the reference is worth: the same loads on beams that were not fitted.
     fn check(&self) -> Table {
-        let mut table = Table::new(&[
-            "force, N",
-            "solids, um",
-            "beams of the prisms, um",
-            "to solids, %",
-            "beams of the robot file, um",
-            "to solids, %",
+        let mut table = Table::new([
+            words("force, N"),
+            numbers("solids, um"),
+            numbers("beams of the prisms, um"),
+            numbers("to solids, %"),
+            numbers("beams of the robot file, um"),
+            numbers("to solids, %"),
         ]);
         for row in &self.rows {
             let to_solids = |um: f64| format!("{:+.2}", 100.0 * (um / row.reference_um - 1.0));
@@ -339,7 +339,11 @@ impl ReferenceReport {
         };
         let saved = pose.time_saved_percent(self.seconds_per_solve);
         let largest = pose.largest().map(ReferenceRow::difference_percent);
-        let mut table = Table::new(&["Table IV in short", "here", "paper"]);
+        let mut table = Table::new([
+            words("Table IV in short"),
+            numbers("here"),
+            numbers("paper"),
+        ]);
         let mut row = |name: &str, here: String, paper: String| {
             table.row([name.to_owned(), here, paper]);
         };

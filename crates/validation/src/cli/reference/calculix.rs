@@ -19,7 +19,7 @@ use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
-use stiffbench::report::{Table, significant};
+use stiffbench::report::{Table, numbers, significant, words};
 use stiffbench::session::write_whole;
 
 use super::{LIST_FILE, MODEL_FILE, RECORD_FILE, read};
@@ -44,7 +44,11 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         .iter()
         .flat_map(|pose| pose.cases.iter().map(move |case| (pose, case)));
     let bar = progress(global, "CalculiX", cases.clone().count() as u64);
-    let mut table = Table::new(&["case", "displacement, um", "time, s"]);
+    let mut table = Table::new([
+        words("case"),
+        numbers("displacement, um"),
+        numbers("time, s"),
+    ]);
     for (pose, case) in cases {
         let cell = match earlier.iter().find(|cell| cell.is_of(pose, case)) {
             Some(cell) => cell.clone(),

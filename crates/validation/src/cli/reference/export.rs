@@ -15,7 +15,7 @@ use stiffbench::analysis::{
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::report::{Table, significant};
+use stiffbench::report::{Table, numbers, significant, words};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
 use stiffbench::test_point::{Direction, PoseId};
 
@@ -196,15 +196,15 @@ fn write_pose(
 }
 
 fn export_text(model: &ReferenceModel, folder: &Path) -> String {
-    let mut table = Table::new(&[
-        "member",
-        "length, mm",
-        "along y, mm",
-        "along z, mm",
-        "wall, mm",
-        "moduli times",
-        "J acting / J of the file",
-        "elements",
+    let mut table = Table::new([
+        words("member"),
+        numbers("length, mm"),
+        numbers("along y, mm"),
+        numbers("along z, mm"),
+        numbers("wall, mm"),
+        numbers("moduli times"),
+        numbers("J acting / J of the file"),
+        numbers("elements"),
     ]);
     let mm = |metres: f64| significant(1e3 * metres, 4);
     for member in &model.members {

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{CalibrationRow, FalseAlarm, Share, Variant};
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 use stiffbench::search::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::share_words;
@@ -32,15 +32,15 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         100.0 * LAW_LEVEL,
         100.0 * UNEXPLAINED_LEVEL
     );
-    let mut table = Table::new(&[
-        "variant",
-        "bench",
-        "alarms",
-        "%",
-        "upper 95 %",
-        "factors in intervals",
-        "%",
-        "95 % interval",
+    let mut table = Table::new([
+        words("variant"),
+        words("bench"),
+        numbers("alarms"),
+        numbers("%"),
+        numbers("upper 95 %"),
+        numbers("factors in intervals"),
+        numbers("%"),
+        numbers("95 % interval"),
     ]);
     let mut add = |variant: &str, bench: &str, [alarms, factors]: [Share; 2]| {
         let [hits, percent, _] = share_words(&alarms);

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, Score, Set, Share, VerdictOutcome, criteria};
 
 use super::{criteria_table, share_words};
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 
 /// What the modes of concealment are.
 const MODES: [(&str, &str); 10] = [
@@ -53,11 +53,11 @@ pub fn concealed_text(scores: &[Score]) -> String {
 
 fn modes_table(scores: &[Score]) -> String {
     let outcomes: BTreeSet<VerdictOutcome> = scores.iter().map(|score| score.outcome).collect();
-    let names: Vec<String> = outcomes.iter().map(ToString::to_string).collect();
-    let mut heads = vec!["mode", "sessions"];
-    heads.extend(names.iter().map(String::as_str));
-    heads.extend(["right, %", "95 % interval"]);
-    let mut rows = Table::new(&heads);
+    let counted = outcomes.iter().map(|outcome| numbers(outcome.to_string()));
+    let columns = [words("mode"), numbers("sessions")]
+        .into_iter()
+        .chain(counted);
+    let mut rows = Table::new(columns.chain(["right, %", "95 % interval"].map(numbers)));
     let mut add = |name: String, of_mode: &[&Score]| {
         let mut cells = vec![name, of_mode.len().to_string()];
         for outcome in &outcomes {

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{CoverageRow, JudgedCase};
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 
 use super::share_words;
 
@@ -33,7 +33,7 @@ pub fn doors_text(report: &DoorsReport) -> String {
         right.count(),
         report.cases.len()
     );
-    let mut table = Table::new(&["judge", "bench", "effect", "session", "table", "differs"]);
+    let mut table = Table::new(["judge", "bench", "effect", "session", "table", "differs"]);
     for case in &report.cases {
         let named = case.effect.split(':').next().unwrap_or_default();
         table.row([
@@ -48,7 +48,14 @@ pub fn doors_text(report: &DoorsReport) -> String {
     text.push_str(&table.text());
     if !report.coverage.is_empty() {
         text.push_str("\nIntervals that hold the truth; 93 to 97 % are right. The interval of all factors is from session to session.\n\n");
-        let mut table = Table::new(&["door", "command", "factor", "hits", "%", "95 % interval"]);
+        let mut table = Table::new([
+            words("door"),
+            words("command"),
+            words("factor"),
+            numbers("hits"),
+            numbers("%"),
+            numbers("95 % interval"),
+        ]);
         for row in &report.coverage {
             let [hits, share, _] = share_words(&row.share);
             let percent =

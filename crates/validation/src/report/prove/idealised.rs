@@ -7,7 +7,7 @@ use crate::prove::{ErrorRow, PlaceErrors};
 use stiffbench::mismatch::DesignReport;
 use stiffbench::physics::Law;
 use stiffbench::quantity::METRES_PER_MICROMETRE;
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 
 fn um(length_m: f64) -> f64 {
     length_m / METRES_PER_MICROMETRE
@@ -16,10 +16,9 @@ fn um(length_m: f64) -> f64 {
 /// The table: smallest, middle and largest over the places of a law.
 #[must_use]
 pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorRow]) -> String {
-    let heads: Vec<String> = benches.iter().map(|bench| format!("{bench}, um")).collect();
-    let mut columns = vec!["law", "idealised bench, um"];
-    columns.extend(heads.iter().map(String::as_str));
-    let mut table = Table::new(&columns);
+    let benches = benches.iter().map(|bench| numbers(format!("{bench}, um")));
+    let columns = [words("law"), numbers("idealised bench, um")];
+    let mut table = Table::new(columns.into_iter().chain(benches));
     for row in rows {
         let mut cells = vec![
             row.law.name.to_owned(),

@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::prove::{AcceptanceCriterion, ForcedPoint, Share, Target};
 
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 
 /// The parts of a validation that were run, for programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -93,7 +93,14 @@ fn target_words(target: Option<Target>) -> String {
 
 /// Promises beside what became of them.
 fn criteria_table(criteria: &[AcceptanceCriterion]) -> String {
-    let mut rows = Table::new(&["promise", "target, %", "hits", "%", "95 % interval", "kept"]);
+    let mut rows = Table::new([
+        words("promise"),
+        numbers("target, %"),
+        numbers("hits"),
+        numbers("%"),
+        numbers("95 % interval"),
+        words("kept"),
+    ]);
     for criterion in criteria {
         let [hits, share, interval] = share_words(&criterion.share);
         let kept = criterion

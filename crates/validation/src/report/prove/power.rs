@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
 use stiffbench::physics::Law;
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
-use stiffbench::report::Table;
+use stiffbench::report::{Table, numbers, words};
 
 use super::{criteria_table, share_words};
 
@@ -20,18 +20,18 @@ type Counted = fn(&PowerPoint) -> Share;
 /// The table of all points, and what was promised.
 #[must_use]
 pub fn power_text(cases: &[PowerCase]) -> String {
-    let mut table = Table::new(&[
-        "effect",
-        "bench",
-        "loop",
-        "size",
-        "found, %",
-        "truth in the set, %",
-        "right name, %",
-        "95 % interval",
-        "named alone, %",
-        "wrong name, %",
-        "size in interval",
+    let mut table = Table::new([
+        words("effect"),
+        words("bench"),
+        words("loop"),
+        numbers("size"),
+        numbers("found, %"),
+        numbers("truth in the set, %"),
+        numbers("right name, %"),
+        numbers("95 % interval"),
+        numbers("named alone, %"),
+        numbers("wrong name, %"),
+        numbers("size in interval"),
     ]);
     let percent = |share: &Share| share_words(share)[1].clone();
     for case in cases {
@@ -80,18 +80,18 @@ fn title(case: &PowerCase) -> String {
 
 /// Each law by itself, all its benches together.
 fn law_table(cases: &[PowerCase]) -> Table {
-    let mut table = Table::new(&[
-        "law",
-        "benches",
-        "4.5: right",
-        "%",
-        "95 % interval",
-        "6 and more: right",
-        "%",
-        "95 % interval",
-        "6 and more: truth in the set",
-        "%",
-        "95 % interval",
+    let mut table = Table::new([
+        words("law"),
+        numbers("benches"),
+        numbers("4.5: right"),
+        numbers("%"),
+        numbers("95 % interval"),
+        numbers("6 and more: right"),
+        numbers("%"),
+        numbers("95 % interval"),
+        numbers("6 and more: truth in the set"),
+        numbers("%"),
+        numbers("95 % interval"),
     ]);
     for name in Law::names()
         .into_iter()
@@ -130,14 +130,14 @@ fn of_law<'a>(cases: &'a [PowerCase], name: &str, [least, most]: [f64; 2]) -> Ve
 
 /// Each law by itself, counted and at best.
 fn ideal_table(cases: &[PowerCase]) -> Table {
-    let mut table = Table::new(&[
-        "law",
-        "size",
-        "counted: right, %",
-        "95 % interval",
-        "ideal: found, %",
-        "ideal: right, %",
-        "ideal: nameable, %",
+    let mut table = Table::new([
+        words("law"),
+        numbers("size"),
+        numbers("counted: right, %"),
+        numbers("95 % interval"),
+        numbers("ideal: found, %"),
+        numbers("ideal: right, %"),
+        numbers("ideal: nameable, %"),
     ]);
     let mut row = |name: &str, size: &str, points: Vec<&PowerPoint>| {
         // What has no size, the observer has not tried: it is left out of the counts too.

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{ComparedFigure, RecordingOutcome, RecordingScore};
-use stiffbench::report::{Table, significant};
+use stiffbench::report::{Table, numbers, significant, words};
 use stiffbench_diagnosis::mismatch::{MisfitShares, VerdictGrade};
 
 /// A recording's score and the seconds that it took.
@@ -26,18 +26,18 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
         counted.with_foreign_names,
         counted.mute,
     );
-    let mut table = Table::new(&[
-        "recording",
-        "readings",
-        "right",
-        "said",
-        "grade",
-        "leading",
-        "share",
-        "unseen",
-        "foreign names",
-        "s",
-        "",
+    let mut table = Table::new([
+        words("recording"),
+        numbers("readings"),
+        words("right"),
+        words("said"),
+        words("grade"),
+        words("leading"),
+        numbers("share"),
+        numbers("unseen"),
+        words("foreign names"),
+        numbers("s"),
+        words(""),
     ]);
     let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
     for (score, seconds) in scores {
@@ -64,7 +64,12 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
     }
     text.push_str(&table.text());
     text.push('\n');
-    let mut figures = Table::new(&["recording", "figure", "known", "ours"]);
+    let mut figures = Table::new([
+        words("recording"),
+        words("figure"),
+        numbers("known"),
+        numbers("ours"),
+    ]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 4));
     for (score, _) in scores {
         for figure in &score.figures {
