@@ -273,8 +273,8 @@ mod tests {
         assert_eq!(flag.rule(), "outlier");
         assert_eq!(
             flag.to_string(),
-            "reading 17 (repeat 3, -40 N) is -31.00 um from what the other readings predict, pooled standard deviation 6.00 um: \
-             5.80 standard errors, limit 4.02 for 5 % over 480 comparisons; 80 % of cases of 32.57 um would be found"
+            "reading 17 (repeat 3, -40 N) is -31.00 µm from what the other readings predict, pooled standard deviation 6.00 µm: \
+             5.80 standard errors, limit 4.02 for 5 % over 480 comparisons; 80 % of cases of 32.57 µm would be found"
         );
     }
 
