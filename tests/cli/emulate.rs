@@ -48,7 +48,7 @@ impl Bench {
         }
     }
 
-    /// Force in N and displacement in um of each load, as the bench says them, by what stands before them.
+    /// Force in N and displacement in µm of each load, as the bench says them, by what stands before them.
     fn loads(&mut self) -> Vec<(String, [f64; 2])> {
         let mut loads = Vec::new();
         loop {
@@ -58,7 +58,7 @@ impl Bench {
             }
             let (place, values) = line.split_once(": ").unwrap();
             let words: Vec<&str> = values.split_whitespace().collect();
-            let [force_n, "N", displacement_um, "um"] = words[..] else {
+            let [force_n, "N", displacement_um, "µm"] = words[..] else {
                 panic!("{line}");
             };
             let values = [force_n, displacement_um].map(|word| word.parse().unwrap());

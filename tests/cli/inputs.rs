@@ -88,7 +88,7 @@ fn implausible_numbers_are_questioned() {
         &table.replace("displacement_um", "displacement_mm"),
     );
     assert!(
-        warnings("mm.csv").contains("are displacements in um taken for mm, or forces in kN for N?")
+        warnings("mm.csv").contains("are displacements in µm taken for mm, or forces in kN for N?")
     );
     let turned: Vec<String> = table
         .lines()

@@ -169,7 +169,7 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
     }
     let soft = warnings_of(&desk, "fanuc.toml", &table.replace("_um", "_mm"));
     assert!(
-        soft.contains("are displacements in um taken for mm, or forces in kN for N?"),
+        soft.contains("are displacements in µm taken for mm, or forces in kN for N?"),
         "{soft}"
     );
     assert!(
@@ -182,13 +182,13 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         &table.replace("_N", "_kN").replace("_um", "_nm"),
     );
     assert!(
-        stiff.contains("are displacements in mm taken for um, or forces in N for kN?"),
+        stiff.contains("are displacements in mm taken for µm, or forces in N for kN?"),
         "{stiff}"
     );
     // Each quantity alone, in both directions.
     for (unit, other, words) in [
-        ("_um", "_mm", "in um taken for mm"),
-        ("_um", "_nm", "in mm taken for um"),
+        ("_um", "_mm", "in µm taken for mm"),
+        ("_um", "_nm", "in mm taken for µm"),
         ("_N", "_kN", "in N for kN"),
         ("_N", "_mN", "in kN for N"),
     ] {

@@ -259,13 +259,9 @@ fn an_emulated_session_that_was_stopped_is_partial() {
     assert_output_contains(&error, &["`performed` states 2020-01-02", "taken on"]);
     assert!(!desk.path("days.html").exists());
     // A calibration that had run out stands on the first page with the digits of its certificate.
-    desk.write(
-        "whole/session.toml",
-        &overdue(&desk.read("whole/session.toml")),
-    );
-    let run = desk
-        .run("report whole --no-diagnosis --out overdue.html")
-        .succeeds();
+    desk.write("records.toml", &overdue(&desk.read("whole/session.toml")));
+    let later = "report whole --no-diagnosis --instrument-records records.toml --out overdue.html";
+    let run = desk.run(later).succeeds();
     let page = desk.read("overdue.html");
     let first = page.split("<h2>").next().unwrap();
     for words in [
