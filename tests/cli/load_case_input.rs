@@ -163,7 +163,7 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         "what is usual",
         "against the force",
         "hardly",
-        "N*m/rad",
+        "N·m/rad",
     ] {
         assert!(!fine.contains(words), "{fine}");
     }
@@ -227,7 +227,7 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
     desk.write("long.toml", &long);
     let long = warnings_of(&desk, "long.toml", table);
     assert!(
-        long.contains("joint.J1 has ") && long.contains("N*m/rad"),
+        long.contains("joint.J1 has ") && long.contains("N·m/rad"),
         "{long}"
     );
 }
