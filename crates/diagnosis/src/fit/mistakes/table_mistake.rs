@@ -17,9 +17,11 @@ use crate::mismatch::{
     ValueScale, find_mistake, usual_factors_of_lengths,
 };
 use crate::search::constants::{MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
+use crate::search::norm;
 
 use super::moved_columns::plain_sd;
 use crate::fit::load_cases::posed::{COMPONENTS, PosedLoadCases};
+use crate::fit::load_cases::prediction::SeenRows;
 use crate::fit::load_cases::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
 use crate::fit::load_cases::scatter::{RowScatter, SAME_LOAD, kinds};
 use crate::fit::weighed_problem::WeighedProblem;
@@ -33,6 +35,10 @@ const LEFT_BY_A_SIGN: f64 = 0.01;
 
 /// The same of positions: a thousandth of what they extend over is not left. Where the tool does not turn, a tool point far away takes much of a mistake.
 const LEFT_OF_POSITIONS: f64 = 1e-6;
+
+/// How many times as much the rigid robot may leave of positions as of those that it leaves least of, for them to be fitted with springs (1): sag is a
+/// small part of what another mistake leaves. By judgement.
+const AS_WELL: f64 = 3.0;
 
 /// What a table has wrong, if it agrees with the robot once that is put right.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -318,6 +324,25 @@ impl WholeChange {
         }
         all
     }
+
+    /// Of positions those with which the rigid robot agrees about as well as with any, else all.
+    fn likely(model: &LoadCaseModel<'_>) -> Vec<Self> {
+        let all = Self::all(model);
+        if !model.posed.has_positions() {
+            return all;
+        }
+        let rigid = all.into_iter().filter_map(|change| {
+            let model = model.under(&change.posed);
+            let seen = SeenRows::of(&change.posed, model.tracker().ok()?.as_ref());
+            let left = norm(&seen.left_by_rigid_robot(&model.measured())) / change.longer;
+            Some((left, change))
+        });
+        let rigid: Vec<(f64, Self)> = rigid.collect();
+        let least = rigid.iter().map(|(left, _)| *left);
+        let most = AS_WELL * least.fold(f64::INFINITY, f64::min);
+        let likely = rigid.into_iter().filter(|(left, _)| *left <= most);
+        likely.map(|(_, change)| change).collect()
+    }
 }
 
 /// What is wrong with a whole table, with the squares that a fit leaves then; only where much is left, and where it explains that.
@@ -332,7 +357,7 @@ fn whole_table(
     if !rows.leaves_much(model.posed, &before) {
         return None;
     }
-    let tried = WholeChange::all(model).into_iter().filter_map(|change| {
+    let tried = WholeChange::likely(model).into_iter().filter_map(|change| {
         // Poses that cannot be reached are none that the robot stood in.
         let mut there = MisreadRows::new(&model.under(&change.posed), options, fit).ok()?;
         let right = there.read.clone();
