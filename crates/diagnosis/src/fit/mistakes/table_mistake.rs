@@ -2,7 +2,6 @@
 //! sign, or under the name of others; a joint whose values have the other sign; positions in another unit, or along left-handed axes.
 
 use std::borrow::Cow;
-
 use std::collections::{BTreeSet, HashMap};
 
 use schemars::JsonSchema;
@@ -163,7 +162,8 @@ impl<'a> MisreadRows<'a> {
     }
 
     /// Whether a fit leaves so much that it may have taken a mistake for its parameters.
-    fn leaves_much(&self, posed: &PosedLoadCases, fit: &ValueFit) -> bool {
+    fn leaves_much(&self, fit: &ValueFit) -> bool {
+        let posed = self.problem.posed();
         // Where a tracker stands is no part of what a robot does.
         let mut means: HashMap<usize, (f64, f64)> = HashMap::new();
         for (_, read) in posed.rows().filter(|(_, read)| read.is_position()) {
@@ -225,7 +225,7 @@ impl MisreadValues for MisreadRows<'_> {
     }
 
     fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool {
-        !self.problem.is_linear() && self.leaves_much(self.problem.posed(), as_recorded)
+        !self.problem.is_linear() && self.leaves_much(as_recorded)
     }
 
     fn fewest(&self) -> usize {
@@ -354,7 +354,7 @@ fn whole_table(
 ) -> Option<(f64, TableMistake)> {
     let read = rows.read.clone();
     let before = rows.fit(&read, &|_| true, None, None)?;
-    if !rows.leaves_much(model.posed, &before) {
+    if !rows.leaves_much(&before) {
         return None;
     }
     let tried = WholeChange::likely(model).into_iter().filter_map(|change| {
