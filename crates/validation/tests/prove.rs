@@ -6,8 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
-    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, Location, MisfitShares, NoiseBasis,
-    Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum, Verdict, VerdictGrade,
+    Beginnings, ConfigurationSizes, Diagnosis, EstimatedValue, Finding, Location, MisfitShares,
+    NoiseBasis, Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum, Verdict, VerdictGrade,
 };
 use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench::readings::SessionHeader;
@@ -78,6 +78,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
             lacking: Vec::new(),
             locations: Vec::new(),
             sizes: ConfigurationSizes::Common,
+            beginnings: Beginnings::default(),
             findings,
             unexplained,
             unexplained_standard_errors: 0.0,

@@ -254,6 +254,10 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
         "Weak signs, which chance may have made",
         answers.iter().filter(is_weak).collect(),
     );
+    let beginnings = &report.diagnosis.beginnings;
+    for sentence in beginnings.in_words(|load| report.subject.load(load)) {
+        section.paragraph(sentence);
+    }
     let sizes = report.diagnosis.sizes;
     if sizes != ConfigurationSizes::Common {
         let follow = format!(

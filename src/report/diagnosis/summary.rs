@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::fit::TableMistake;
 use crate::mismatch::{
-    ConfigurationSizes, Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut,
-    Impossible, LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, PartUnits, Quality,
-    ReadingTrace, Rival, Stratum, StratumTest, Verdict, VerdictGrade,
+    Beginnings, ConfigurationSizes, Contrast, EstimatedValue, ExplainedShare, FactorChange,
+    Finding, HeldOut, Impossible, LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus,
+    PartUnits, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::report::{micro, text::open_interval};
@@ -52,6 +52,9 @@ pub struct DiagnosisSummary {
     /// What the sizes of the findings follow from configuration to configuration of a part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sizes_follow: Option<ConfigurationSizes>,
+    /// How the runs begin, where not all begin virgin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beginnings: Option<Beginnings>,
     /// Shares of the misfit that all findings explain together.
     #[serde(flatten)]
     pub shares: MisfitShares,
@@ -385,6 +388,9 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             grade: diagnosis.grade,
             headline: headline(report),
             sizes_follow: part.map(|_| diagnosis.sizes),
+            beginnings: Some(&diagnosis.beginnings)
+                .filter(|one| !one.are_virgin())
+                .cloned(),
             shares: diagnosis.shares,
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),

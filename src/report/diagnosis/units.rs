@@ -20,6 +20,14 @@ impl Subject {
         }
     }
 
+    /// A load with its unit: of a robot in N.
+    pub(super) fn load(&self, si: f64) -> String {
+        match self {
+            Self::Robot(_) => significant(si, 3) + " N",
+            Self::Part { units, .. } => in_unit(&units.of_load(), si),
+        }
+    }
+
     /// A reading, or what one is off by, in µm; `None` of readings that are no lengths.
     pub(super) fn micrometres(&self, si: f64) -> Option<f64> {
         match self {

@@ -123,6 +123,13 @@ pub enum EffectError {
 }
 
 impl Effect {
+    /// How many of its values a fit moves.
+    #[must_use]
+    pub fn fitted_values(&self) -> usize {
+        let parameters = self.law.parameters.iter().take(self.values.len());
+        parameters.filter(|one| !one.is_reference()).count()
+    }
+
     /// The springs that the values of a model name, as effects beside it; those stay in the structure that turn or move no hinge of it.
     #[must_use]
     pub fn of_springs(values: &FittingFactors) -> Vec<Self> {

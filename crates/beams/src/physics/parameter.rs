@@ -73,6 +73,8 @@ pub enum FitBy {
     RatioToFirst,
     /// By trial, for readings depend on it by kinks and steps.
     Search,
+    /// Not at all: another parameter refers to it.
+    Reference,
 }
 
 /// Step of the difference of a parameter that is a size.
@@ -133,7 +135,19 @@ impl ParameterSpec {
     /// Whether a fit moves it by derivatives.
     #[must_use]
     pub fn is_smooth(&self) -> bool {
-        self.fit != FitBy::Search
+        !self.is_searched() && !self.is_reference()
+    }
+
+    /// Whether a fit finds it by trial.
+    #[must_use]
+    pub fn is_searched(&self) -> bool {
+        self.fit == FitBy::Search
+    }
+
+    /// Whether another parameter refers to it, so that no fit moves it.
+    #[must_use]
+    pub fn is_reference(&self) -> bool {
+        self.fit == FitBy::Reference
     }
 
     /// Whether a fit moves it as its ratio to the first parameter.

@@ -38,6 +38,9 @@ pub(super) const SLOPE: ParameterSpec = ParameterSpec {
     ..ANSWER
 };
 
+/// Slope of hard faces that meet, in mean slopes of the part: steel on steel beside the spring between them.
+pub(super) const HARDEST: f64 = 1000.0;
+
 /// A level of what is set, at which something begins.
 pub(super) const LEVEL: ParameterSpec = ParameterSpec {
     name: "level",

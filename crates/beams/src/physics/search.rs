@@ -5,6 +5,8 @@
 pub struct PlaceScale {
     /// Largest force, N.
     pub force_n: f64,
+    /// Least and largest force, with their signs, N.
+    pub force_range_n: [f64; 2],
     /// Largest displacement, m.
     pub displacement_m: f64,
     /// Longest time since a gauge zero, s; zero where no clock was recorded.

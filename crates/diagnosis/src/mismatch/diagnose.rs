@@ -3,6 +3,7 @@
 use super::baselines::Baseline;
 use super::candidates::{
     CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues, changing_sizes,
+    fitted_beginnings, gain_over, scored_beginnings,
 };
 use super::error::MismatchError;
 use super::observed::Observations;
@@ -64,16 +65,28 @@ fn diagnose_and<T>(
         Some((sizes, scaled)) => (*sizes, scaled),
         None => (ConfigurationSizes::Common, observations),
     };
-    let (at_start, moved_on);
-    let rough =
-        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
+    let on = |observations| {
+        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects)
+    };
+    let (at_start, begun_again, moved_on);
+    let begun = scored_beginnings(&on(observations), options)?;
+    let observations = begun.as_ref().unwrap_or(observations);
+    let rough = on(observations);
     let positions = rough.positions_at_start(options)?;
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);
-    let bench = rough.with_positions(&at_start);
-    let memo = CandidateMemo::default();
+    let mut bench = rough.with_positions(&at_start);
+    let mut memo = CandidateMemo::default();
+    let (mut found, critical) = Candidates::new(&bench, &memo).search(options, known)?;
+    begun_again = fitted_beginnings(&bench, &found.after)?;
+    if let Some(readings) = &begun_again {
+        let (again, others) = (on(readings), CandidateMemo::default());
+        let (other, _) = Candidates::new(&again, &others).search(options, Some(&critical))?;
+        if gain_over((&again, &other.after), (&bench, &found.after))? > 0.0 {
+            (bench, memo, found) = (again, others, other);
+        }
+    }
     let candidates = |problem| Candidates::new(problem, &memo);
-    let (found, critical) = candidates(&bench).search(options, known)?;
     if observations.object != TestObject::Robot {
         let diagnosis = Diagnosis {
             sizes,
@@ -90,7 +103,7 @@ fn diagnose_and<T>(
             asked,
         ));
     }
-    moved_on = observations.with_positions(&moved);
+    moved_on = bench.observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
     let (found, critical) = candidates(&bench).search(options, Some(&critical))?;
     Ok((

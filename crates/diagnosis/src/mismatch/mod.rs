@@ -56,7 +56,7 @@ pub use noise::{
 pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces, estimate_noise};
 pub(crate) use observed::load_point;
 pub use observed::{
-    GaugeNoise, GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun,
+    Beginnings, GaugeNoise, GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun,
     ObservedSession, PlannedCell, PlannedLoad, ReadingNoise, Recorded,
 };
 pub use problem::{GivenNoise, SearchOptions, given_noise, noise_alone};

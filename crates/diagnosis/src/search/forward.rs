@@ -199,6 +199,12 @@ pub struct Selection<M> {
     pub p: Vec<f64>,
 }
 
+impl<M> Selection<M> {
+    fn of_first(model: M, p: f64) -> Self {
+        Self { model, p: vec![p] }
+    }
+}
+
 /// A candidate beyond its critical value.
 struct Accepted<P: ForwardProblem> {
     fitted: P::Fitted,
@@ -222,25 +228,35 @@ pub fn forward_selection<P: ForwardProblem>(
         model: start.clone(),
         p: Vec::new(),
     };
-    let Some(first) = accept(problem, start, scores)? else {
-        return Ok(nothing());
+    let most = problem.most_terms();
+    let mut best = match accept(problem, start, scores)? {
+        Some(first) if problem.is_confirmed(start, &first.model, &first.fitted)? => {
+            extended(problem, Selection::of_first(first.model, first.p), most)?
+        }
+        _ => nothing(),
     };
-    if !problem.is_confirmed(start, &first.model, &first.fitted)? {
-        return Ok(nothing());
-    }
-    let mut best = selection_after(problem, &first)?;
-    // One that takes part of what two others leave may bar the way to both.
+    // One that takes part of what two others leave may bar the way to both, and each of two may be worth believing beside the other alone.
+    let mut pair: Option<Selection<P::Model>> = None;
     for other in problem.other_starts(start, scores, &best.model)? {
-        let p = problem.p(&other, problem.evidence(&other).judged(true));
+        let evidence = problem.evidence(&other);
+        let judged = evidence.judged(true);
         let Some(model) = problem.with(&other)? else {
             continue;
         };
-        let first = Accepted {
-            fitted: other,
-            model,
-            p,
-        };
-        let found = selection_after(problem, &first)?;
+        let first = Selection::of_first(model, problem.p(&other, judged));
+        let found = extended(problem, first, 2)?;
+        let is_alone = problem.terms(&found.model) < 2;
+        if is_alone && judged <= evidence.critical_value {
+            continue;
+        }
+        let explains_more =
+            |other: &Selection<P::Model>| problem.explains_more(&found.model, &other.model);
+        if pair.as_ref().is_none_or(explains_more) {
+            pair = Some(found);
+        }
+    }
+    if let Some(pair) = pair {
+        let found = extended(problem, pair, most)?;
         if problem.explains_more(&found.model, &best.model) {
             best = found;
         }
@@ -248,16 +264,13 @@ pub fn forward_selection<P: ForwardProblem>(
     Ok(best)
 }
 
-/// What follows a first term.
-fn selection_after<P: ForwardProblem>(
+/// A selection with what follows it, up to a number of terms.
+fn extended<P: ForwardProblem>(
     problem: &P,
-    first: &Accepted<P>,
+    mut found: Selection<P::Model>,
+    most: usize,
 ) -> Result<Selection<P::Model>, P::Error> {
-    let mut found = Selection {
-        model: first.model.clone(),
-        p: vec![first.p],
-    };
-    for _ in 1..problem.most_terms() {
+    while found.p.len() < most {
         let scores = problem.score(&found.model)?;
         let Some(Accepted { fitted, model, p }) = accept(problem, &found.model, &scores)? else {
             break;

@@ -140,6 +140,7 @@ impl Doors<'_> {
         let mut cases: Vec<ForcedCase<'_>> = Vec::new();
         let scale = PlaceScale {
             force_n: self.largest_n,
+            force_range_n: [-self.largest_n, self.largest_n],
             ..UNKNOWN_SCALE
         };
         let mut done: Vec<Law> = Vec::new();

@@ -30,6 +30,7 @@ const IN_RUNS: usize = 12;
 /// What is not known of a place: bounds that depend on it hold everything.
 pub const UNKNOWN_SCALE: PlaceScale = PlaceScale {
     force_n: f64::NAN,
+    force_range_n: [f64::NAN; 2],
     displacement_m: f64::NAN,
     time_s: f64::NAN,
     warming_k: f64::NAN,

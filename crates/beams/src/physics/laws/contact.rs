@@ -4,7 +4,7 @@
 
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Combination, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, OF_A_SIZE, OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{ANSWER, FIGURE, SEARCH};
 use crate::physics::place::PlaceKind;
@@ -22,12 +22,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::History(&ByForce),
     search: SearchSpec {
         shapes: |scale| {
-            let shape = |power: f64, side: f64| Shape {
-                held: Some((1, 0.0)),
-                ..Shape::of_any_size(vec![scale.small_answer(), side * scale.force_n, power])
-            };
+            let shape = |power: f64, end: f64| Shape::of_any_size(vec![scale.small_answer(), end, power]);
             let powers = [1.5, 2.0].into_iter();
-            powers.flat_map(|power| [1.0, -1.0].map(|side| shape(power, side))).collect()
+            powers.flat_map(|power| ends(scale).map(move |end| shape(power, end))).collect()
         },
         is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
@@ -42,22 +39,28 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     check: None,
 };
 
-/// Where the size is reached, on the side on which the part touches.
+/// The end of what was set on the side on which the part touches: the size is that of the answer there.
 const FULL: ParameterSpec = ParameterSpec {
     name: "full",
-    word: "where the size is reached",
+    word: "end of travel, where the size is reached",
     dimension: Dimension::Driver,
     sign: SignConstraint::Either,
     plausible: PlausibleRange {
-        bounds: |scale, _| [-scale.force_n, scale.force_n],
-        reason: "the largest value that was set, with the sign of the side on which the part touches; the size refers to it",
+        bounds: |scale, _| scale.force_range_n,
+        reason: "an end of what was set, on the side on which the part touches; the size refers to it, and no fit moves it",
     },
     typical: Typical {
         value: |scale| scale.force_n,
         spread: 1.0,
     },
-    fit: FitBy::Search,
+    fit: FitBy::Reference,
 };
+
+/// The ends of what was set that lie on a side.
+fn ends(scale: &PlaceScale) -> impl Iterator<Item = f64> + Clone {
+    let [least, most] = scale.force_range_n;
+    [most.max(0.0), least.min(0.0)].into_iter().filter(|end| *end != 0.0)
+}
 
 const POWER: ParameterSpec = ParameterSpec {
     name: "power",
@@ -78,14 +81,10 @@ const POWER: ParameterSpec = ParameterSpec {
 /// The same part with its displacement set.
 pub(super) static DUAL: LawDefinition = LawDefinition {
     row: "contact (force read)",
-    equation: "force += size ((displacement - onset)/full)^power beyond the onset, toward full",
+    equation: "force += size ((displacement - onset)/(full - onset))^power sign(full) beyond the onset, toward full",
     parameters: &[
         ParameterSpec {
-            sign: SignConstraint::Either,
-            plausible: PlausibleRange {
-                bounds: |scale, _| [-200.0 * scale.displacement_m, 200.0 * scale.displacement_m],
-                reason: "up to two hundred times the largest force: contact may cover only a small part of the travel",
-            },
+            word: "force at the end of travel",
             ..ANSWER
         },
         FULL,
@@ -94,8 +93,11 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             name: "onset",
             word: "onset",
             plausible: PlausibleRange {
-                bounds: |scale, _| [-scale.force_n, scale.force_n],
-                reason: "within the range that was set: outside it the faces never touch, or always do",
+                bounds: |scale, values| {
+                    let [least, most] = scale.force_range_n;
+                    if values[1] < 0.0 { [LAST_ONSET * least, most] } else { [least, LAST_ONSET * most] }
+                },
+                reason: "within the range that was set, up to the last hundredth before its end: outside it the faces never touch, or always do",
             },
             typical: Typical {
                 value: |scale| 0.3 * scale.force_n,
@@ -105,16 +107,6 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             ..FULL
         },
     ],
-    // Onset, power and size trade against each other where little was set beyond the onset.
-    combination: Some(Combination {
-        spec: ParameterSpec {
-            name: "at_end_of_travel",
-            word: "force at the end of travel",
-            sign: SignConstraint::Either,
-            ..ANSWER
-        },
-        of: |values, scale| force(values, values[1].signum() * scale.force_n),
-    }),
     action: LawAction::History(&ByDisplacement),
     search: SearchSpec {
         shapes,
@@ -125,17 +117,23 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     ..LAW
 };
 
+/// Onset beyond which contact would begin with the last reading, as a share of the end of travel.
+const LAST_ONSET: f64 = 0.99;
+
+/// Onsets that are searched, as shares of the end of travel: a hard contact is met in the last percent of it.
+const ONSETS: [f64; 21] = [
+    -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98,
+];
+
 fn shapes(scale: &PlaceScale) -> Vec<Shape> {
-    let onsets = (-9..=9).map(|tenths| 0.1 * f64::from(tenths));
-    let shape = |onset: f64, power: f64, side: f64| Shape {
-        held: Some((1, 0.0)),
-        ..Shape::of_either_sign(vec![scale.small_answer(), side * scale.force_n, power, onset * scale.force_n])
+    let [least, most] = scale.force_range_n;
+    let shape = |end: f64, onset: f64, power: f64| Shape::of_any_size(vec![scale.small_answer(), end, power, onset]);
+    let of_end = |end: f64| {
+        let onsets = ONSETS.into_iter().map(move |share| share * end);
+        let onsets = onsets.filter(move |onset| (least..=most).contains(onset));
+        onsets.flat_map(move |onset| [1.0, 1.5, 2.0].map(|power| shape(end, onset, power)))
     };
-    let of_onset = |onset: f64| {
-        let powers = [1.0, 1.5, 2.0].into_iter();
-        powers.flat_map(move |power| [shape(onset, power, 1.0), shape(onset, power, -1.0)])
-    };
-    onsets.flat_map(of_onset).collect()
+    ends(scale).flat_map(of_end).collect()
 }
 
 #[derive(Debug)]
@@ -149,17 +147,14 @@ impl HistoryLaw for ByForce {
     }
 }
 
-fn force(&[size, full, power, onset]: &Values, displacement: f64) -> f64 {
-    size * ((displacement - onset) / full).max(0.0).powf(power)
-}
-
 #[derive(Debug)]
 struct ByDisplacement;
 
 impl HistoryLaw for ByDisplacement {
-    fn answers(&self, values: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+    fn answers(&self, &[size, full, power, onset]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
         for (answer, displacement) in out.iter_mut().zip(path.driver) {
-            *answer = force(values, *displacement);
+            let approach = (displacement - onset) / (full - onset);
+            *answer = size * full.signum() * approach.max(0.0).powf(power);
         }
     }
 }

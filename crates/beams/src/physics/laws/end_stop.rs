@@ -4,7 +4,7 @@ use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{ParameterSpec, PlausibleRange, Typical};
-use crate::physics::part::{FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{FIGURE, HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -70,10 +70,10 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
 };
 
 /// How much the slope changes at a stop.
-const CHANGE: ParameterSpec = ParameterSpec {
+pub(super) const CHANGE: ParameterSpec = ParameterSpec {
     plausible: PlausibleRange {
-        bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
-        reason: "at least a third of the mean slope: less would be a curve, not a stop",
+        bounds: |scale, _| [LEAST_CHANGE, HARDEST].map(|factor| factor * mean_slope(scale)),
+        reason: "at least a third of the mean slope: less would be a curve, not a stop; at most a thousand times, as hard faces have it",
     },
     typical: Typical {
         value: mean_slope,
@@ -82,11 +82,14 @@ const CHANGE: ParameterSpec = ParameterSpec {
     ..SLOPE
 };
 
+/// Change of the slope, in mean slopes, below which a stop would be a curve.
+pub(super) const LEAST_CHANGE: f64 = 0.3;
+
 /// A stop lies in the outer part of the range that was set: a part that is softer only in the middle has play.
 const FAR_OUT: ParameterSpec = ParameterSpec {
     plausible: PlausibleRange {
-        bounds: |scale, _| [STOPS[0], STOPS[STOPS.len() - 1]].map(|stop| stop * scale.force_n),
-        reason: "in the outer part of the range that was set: a part that is softer only in the middle has play",
+        bounds: |scale, _| [STOPS[0], LAST_STOP].map(|stop| stop * scale.force_n),
+        reason: "in the outer part of the range that was set, up to its last hundredth: a part that is softer only in the middle has play",
     },
     typical: Typical {
         value: |scale| 0.7 * scale.force_n,
@@ -96,19 +99,23 @@ const FAR_OUT: ParameterSpec = ParameterSpec {
 };
 
 /// Stops that are searched, as shares of the largest that was set.
-const STOPS: [f64; 7] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+const STOPS: [f64; 9] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98];
+
+/// Stop beyond which the part would reach it with the last reading, as a share of the largest that was set.
+const LAST_STOP: f64 = 0.99;
 
 fn shapes(scale: &PlaceScale) -> Vec<Shape> {
     let at = |stop: f64| Shape {
-        scale: [0.3, 20.0],
+        scale: [LEAST_CHANGE, HARDEST],
         ..Shape::of_any_size(vec![mean_slope(scale), stop * scale.force_n])
     };
     STOPS.into_iter().map(at).collect()
 }
 
 #[derive(Debug)]
-struct Stop {
-    side: f64,
+pub(super) struct Stop {
+    /// Along with what was set, or against it.
+    pub(super) side: f64,
 }
 
 impl HistoryLaw for Stop {

@@ -60,6 +60,7 @@ library! {
     odd_polynomial ODD_POLYNOMIAL,
     hardening_behind_friction HARDENING_BEHIND_FRICTION,
     end_stop END_STOP END_STOP_DUAL,
+    joint_separation JOINT_SEPARATION JOINT_SEPARATION_DUAL,
     contact CONTACT CONTACT_DUAL,
     relaxation RELAXATION RELAXATION_DUAL,
     logarithmic_creep PART_CREEP PART_CREEP_DUAL,

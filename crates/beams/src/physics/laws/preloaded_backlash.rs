@@ -5,7 +5,7 @@ use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{ANSWER, FIGURE, HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -25,7 +25,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "width",
             word: "change of force over which the play is taken up",
-            ..LEVEL
+            ..WIDTH
         },
     ],
     contains: &[],
@@ -54,6 +54,10 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "k",
             word: "stiffness outside the play",
+            plausible: PlausibleRange {
+                bounds: |scale, _| [0.0, HARDEST * mean_slope(scale)],
+                reason: "up to a thousand times the mean slope of the part, as hard faces have it",
+            },
             ..SLOPE
         },
         ParameterSpec {
@@ -64,7 +68,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "play",
             word: "play",
-            ..LEVEL
+            ..WIDTH
         },
     ],
     contains: &["joint-backlash (force read)"],
@@ -77,6 +81,15 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ..SEARCH
     },
     ..LAW
+};
+
+/// How much of what was set the play takes up.
+const WIDTH: ParameterSpec = ParameterSpec {
+    plausible: PlausibleRange {
+        bounds: |scale, _| [0.001 * scale.force_n, scale.force_range_n[1] - scale.force_range_n[0]],
+        reason: "from a thousandth of the largest value that was set (less is a step) up to all of the range that was set",
+    },
+    ..LEVEL
 };
 
 /// Where the play lies.
@@ -96,10 +109,13 @@ const MIDDLE: ParameterSpec = ParameterSpec {
     fit: OVER_RANGE,
 };
 
+/// Plays that are searched, as shares of the largest that was set: between two stops nearly all of the travel may lie.
+const WIDTHS: [f64; 5] = [0.02, 0.1, 0.3, 0.6, 0.95];
+
 fn shapes(scale: &PlaceScale, size: f64) -> Vec<Shape> {
     let middles = (-8..=8).map(|eighths| 0.1 * f64::from(eighths));
     let shape = |middle: f64, width: f64| Shape::of_any_size(vec![size, middle * scale.force_n, width * scale.force_n]);
-    middles.flat_map(|middle| [0.02, 0.1, 0.3].map(|width| shape(middle, width))).collect()
+    middles.flat_map(|middle| WIDTHS.map(|width| shape(middle, width))).collect()
 }
 
 #[derive(Debug)]

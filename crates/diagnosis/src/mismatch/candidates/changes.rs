@@ -244,6 +244,9 @@ impl<'a> Changes<'a> {
     pub(crate) fn path(&self, place: &Place) -> Option<JointPath> {
         let joint = self.linearised.joint(place)?;
         let observations = self.observations;
+        if observations.beginnings.goes_on {
+            return None;
+        }
         let mut path = JointPath::default();
         let adds = observations.runs.iter().enumerate().all(|(index, run)| {
             let pose = &self.linearised.poses[observations.cells[run.cell].pose];

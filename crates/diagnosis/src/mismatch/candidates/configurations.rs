@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::TestObject;
 
-use super::candidate_scores::best_shapes;
+use super::beginnings::largest_fall;
 use super::problem_candidates::{CandidateMemo, Candidates};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::Observations;
@@ -113,18 +113,8 @@ pub(crate) fn changing_sizes(
     let candidates = Candidates::new(problem, &memo);
     let state = candidates.first_state(options)?;
     let slopes = &state.fitted.model.parameters;
-    let largest = |observations: &Observations| -> Result<f64, MismatchError> {
-        let problem = DiagnosisProblem::new(problem.baseline, observations);
-        let memo = CandidateMemo::default();
-        let candidates = Candidates::new(&problem, &memo);
-        let scores = candidates.score_laws(&state, &options.without)?;
-        let best = best_shapes(&scores.seen);
-        let falls = best
-            .into_iter()
-            .flatten()
-            .map(|shape| shape.best.delta_chi2);
-        Ok(falls.fold(0.0, f64::max))
-    };
+    let largest =
+        |observations: &Observations| largest_fall(problem, observations, &state, options);
     let independent =
         problem.independent_values(&state, &mut problem.predictor(), &state.fitted.model)?;
     let Some(independent) = independent else {

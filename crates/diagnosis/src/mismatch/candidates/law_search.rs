@@ -16,9 +16,7 @@ use crate::mismatch::unexplained::{
     Omnibus, Patterns, ResidualPattern, UnexplainedStructure, largest_left, largest_patterns,
     omnibus, unexplained,
 };
-use crate::search::constants::{
-    MOST_EFFECTS, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE, WORTH_A_FIT,
-};
+use crate::search::constants::{MOST_EFFECTS, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE};
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
 };
@@ -26,8 +24,11 @@ use crate::search::{
 /// Most effects that are searched for in a part (1), whose recording shows more than a session of single readings. Stated.
 const MOST_OF_A_PART: usize = 5;
 
-/// Laws of a part with which the search begins again where what it found first does not explain most (1). Stated.
-const OTHER_STARTS: usize = 3;
+/// Laws of a part with which the search begins again where what it found first leaves more than noise (1). Stated.
+const OTHER_STARTS: usize = 4;
+
+/// Mean weighted square of the readings from which more is left than scatter of neighbours (1). Stated.
+const MORE_THAN_NOISE: f64 = 1.5;
 
 /// Fall of the weighted squares in poses left out above which an effect helps there (1). Stated: none but zero favours neither side.
 const HELD_OUT_FALL: f64 = 0.0;
@@ -223,16 +224,16 @@ impl ForwardProblem for LawSearch<'_, '_> {
         scores: &CandidateScores,
         found: &State,
     ) -> Result<Vec<Ranked>, MismatchError> {
-        let left = found.fitted.squares / start.fitted.squares;
-        if !self.candidates.problem.observations.is_recording() || left < 1.0 - MOST_OF_THE_MISFIT {
+        let observations = self.candidates.problem.observations;
+        let left = found.fitted.squares / observations.len() as f64;
+        if !observations.is_recording() || left < MORE_THAN_NOISE {
             return Ok(Vec::new());
         }
-        let mut ranked = self.rank(start, scores, WORTH_A_FIT)?;
-        ranked.retain(|one| {
-            let terms = &found.fitted.model.effects;
-            one.evidence.delta_chi2 > one.evidence.critical_value
-                && !terms.iter().any(|term| same(term, &one.effect))
-        });
+        // What two laws leave comes back in every cycle, so that neither alone may be worth believing.
+        let mut ranked = self.rank(start, scores, f64::NEG_INFINITY)?;
+        ranked.sort_by(|a, b| a.fitted.squares.total_cmp(&b.fitted.squares));
+        let terms = &found.fitted.model.effects;
+        ranked.retain(|one| !terms.iter().any(|term| same(term, &one.effect)));
         ranked.truncate(OTHER_STARTS);
         Ok(ranked)
     }
@@ -356,7 +357,7 @@ impl LawSearch<'_, '_> {
     /// For each effect of a state the candidates that could stand in its place.
     ///
     /// # Arguments
-    /// - `p`: chance of each effect on noise alone.
+    /// - `p`: chance of each effect on noise alone when it was found.
     pub(crate) fn rivals_of_each(
         &self,
         state: &State,
@@ -367,10 +368,17 @@ impl LawSearch<'_, '_> {
                 let mut ranked = rivals(self, state, effect)?;
                 let any_sharp = ranked.iter().any(|one| self.is_sharp(one));
                 ranked.retain(|one| !any_sharp || self.is_sharp(one));
+                let own = ranked.iter().find(|one| self.is_term(state, effect, one));
+                let beside_others = own.filter(|_| self.terms(state) > 1).map(|own| {
+                    let judged = self.evidence(own).judged(false);
+                    self.p(own, judged)
+                });
                 simplest_first(&mut ranked);
+                // What two explain together may show little of each before the other is there.
+                let when_found = p.get(effect).copied().unwrap_or(1.0);
                 Ok(ResolvedEffect {
                     ranked,
-                    family_p: p.get(effect).copied().unwrap_or(1.0),
+                    family_p: when_found.min(beside_others.unwrap_or(1.0)),
                 })
             })
             .collect()

@@ -4,6 +4,7 @@
 //!
 //! Owner: [`Candidates`]. It imports `hold_out`, `unexplained` and the rooms below them, and from `screen` only what data lack.
 
+mod beginnings;
 mod candidate;
 mod candidate_scores;
 mod changes;
@@ -22,6 +23,7 @@ mod stand_ins;
 mod trial;
 mod white_laws;
 
+pub(crate) use beginnings::{fitted_beginnings, gain_over, scored_beginnings};
 pub(crate) use candidate::candidates;
 pub(crate) use candidate_scores::{
     BestShape, CANDIDATES_AT_A_TIME, ScoredCandidate, ScoredShape, WhiteCandidate, WhiteCandidates,

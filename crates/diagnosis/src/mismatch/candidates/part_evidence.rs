@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use stiffbench_beams::physics::{LoadPoint, TestObject};
+use stiffbench_beams::physics::{Effect, LoadPoint, TestObject};
 
 use super::sharpness::against_gradual_change;
 use crate::mismatch::error::MismatchError;
@@ -133,7 +133,7 @@ impl ScoredFit<'_> {
             &problem.observations.loads,
             (space, residuals),
             before,
-            effect.values.len(),
+            effect.fitted_values(),
         );
         Ok(match of_a_part {
             Some(part) => {
@@ -150,7 +150,7 @@ impl ScoredFit<'_> {
 
 /// Degrees of freedom that a model leaves.
 fn left_by(problem: &DiagnosisProblem<'_>, model: &Model) -> f64 {
-    let values = model.effects.iter().map(|effect| effect.values.len());
+    let values = model.effects.iter().map(Effect::fitted_values);
     let free = model.parameters.len() + values.sum::<usize>();
     problem.observations.len().saturating_sub(free).max(1) as f64
 }

@@ -306,7 +306,7 @@ impl Candidates<'_, '_> {
                 } else {
                     1.0
                 },
-                parameters: effect.values.len(),
+                parameters: effect.fitted_values(),
                 dof: scored.dof,
                 critical_value: f64::INFINITY,
                 log_prior: effect.law.log_prior(&effect.values),

@@ -123,8 +123,12 @@ impl<'p, 'a> HoldOut<'p, 'a> {
         let (observations, fitted) = (self.problem.observations, &self.state.fitted);
         let model = &fitted.model;
         let residuals = self.problem.raw_residuals(model)?;
-        let free: usize =
-            model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
+        let free: usize = model.parameters.len()
+            + model
+                .effects
+                .iter()
+                .map(|e| e.fitted_values())
+                .sum::<usize>();
         let poses = observations.poses.len();
         let folds = if poses > 1 {
             folds_of_poses(observations)

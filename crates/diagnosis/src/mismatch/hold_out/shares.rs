@@ -106,7 +106,7 @@ pub(crate) fn misfit_shares(
         let effects = state.fitted.model.effects.iter();
         readings
             - effects
-                .map(|effect| effect.values.len() as f64)
+                .map(|effect| effect.fitted_values() as f64)
                 .sum::<f64>()
     };
     // The noise is known to some percent only: where the last model leaves less, the others are measured by what it leaves.

@@ -60,8 +60,15 @@ impl FixedPart {
     }
 
     /// Of the cells of a series.
-    pub(crate) fn of_series(observations: &Observations, cells: Range<usize>) -> Self {
-        let cells = cells.map(|cell| fixed_part(observations, cell));
+    ///
+    /// # Arguments
+    /// - `follows_force`: whether readings of a step follow the force that was read.
+    pub(crate) fn of_series(
+        observations: &Observations,
+        cells: Range<usize>,
+        follows_force: bool,
+    ) -> Self {
+        let cells = cells.map(|cell| fixed_part(observations, cell, follows_force));
         let whole = cells.reduce(|mut series, cell| {
             series.add(cell);
             series
@@ -102,7 +109,14 @@ impl FixedPart {
 
 /// Indicator of each step (and hold) of a cell with several runs, and the force, which differs from its target from run to run; in a
 /// cell with one run a smooth curve with a loop.
-pub(crate) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart {
+///
+/// # Arguments
+/// - `follows_force`: whether readings of a step follow the force that was read: else its scatter is noise.
+pub(crate) fn fixed_part(
+    observations: &Observations,
+    cell: usize,
+    follows_force: bool,
+) -> FixedPart {
     let cell = &observations.cells[cell];
     let readings = cell.readings.clone();
     let loads = &observations.loads[readings.clone()];
@@ -128,7 +142,7 @@ pub(crate) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
     let spread = (squares / force.len().max(1) as f64).sqrt();
     if cell.runs.len() > 1 && spread < SAME_STEP {
         // Where forces repeat exactly, the force is already in the span of the steps.
-        if spread > 1e-6 {
+        if spread > 1e-6 && follows_force {
             part.further.push(within_steps);
         }
     } else {

@@ -201,6 +201,7 @@ mod tests {
             repeat: 1,
             session_run: 0,
             readings: 0..path.len(),
+            goes_on: false,
         }];
         for (place, driver) in path.iter().enumerate() {
             let falls = place > 0 && *driver < path[place - 1];

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::covariance::{ForceReading, NoiseCovariance};
 use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::{EstimatedNoise, NoiseBasis};
+use super::force_scatter::force_scatter;
 use super::free_means::FixedPart;
 use crate::mismatch::observed::{GaugeNoise, Observations, ReadingNoise};
 use crate::search::constants::{ASKED_FOR, COARSE};
@@ -60,12 +61,14 @@ pub(crate) fn estimate_noise(
         None if observations.cells.iter().any(|cell| cell.runs.len() > 1) => NoiseBasis::Repeats,
         None => NoiseBasis::Neighbours,
     };
+    let is_repeated = basis == NoiseBasis::Repeats && observations.gauges.is_empty();
+    let force_sd_n = is_repeated.then(|| force_scatter(observations)).flatten();
     let fixed: Vec<FixedPart> = if let Some(columns) = model {
         vec![FixedPart::of_model(observations, columns)]
     } else {
-        let series = observations.series();
-        let of_series = series.map(|cells| FixedPart::of_series(observations, cells));
-        of_series.collect()
+        let follows_force = force_sd_n.is_none();
+        let of_series = |cells| FixedPart::of_series(observations, cells, follows_force);
+        observations.series().map(of_series).collect()
     };
     let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
     let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
@@ -83,6 +86,7 @@ pub(crate) fn estimate_noise(
         slope_m,
         force,
         earlier,
+        force_sd_n: force_sd_n.unwrap_or(0.0),
         floor_m,
         usual_m,
         free_zero_sd_m: FREE_ZERO_SD * largest(&observations.displacement_m),
@@ -156,7 +160,8 @@ impl NoiseValues {
         parts.0[GROWTH] = noise.growth_sd > 0.0;
         parts.0[CORRELATION] = noise.correlation != 0.0;
         parts.0[OWN_SLOPE] = noise.gauges.own_slope_sd > 0.0;
-        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0;
+        let has_series = observations.has_series() && observations.gauges.is_empty();
+        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0 && !has_series;
         parts
     }
 
@@ -222,6 +227,8 @@ struct VarianceProblem<'a> {
     slope_m: &'a [f64],
     force: ForceReading<'a>,
     earlier: Option<&'a EarlierNoise>,
+    /// Scatter of the force of one gauge that its readings do not follow, N.
+    force_sd_n: f64,
     floor_m: f64,
     /// What displacements are of the order of, m.
     usual_m: f64,
@@ -259,7 +266,10 @@ impl VarianceProblem<'_> {
     fn gauge_noise(&self, all: &Centre, further: NoiseValues) -> GaugeNoise {
         let mut gauges = match self.observations.sessions.first() {
             Some(first) => first.noise.gauges,
-            None => GaugeNoise::ALIKE,
+            None => GaugeNoise {
+                force_sd_n: self.force_sd_n,
+                ..GaugeNoise::ALIKE
+            },
         };
         if further.has(FIRST_RATIO) {
             let count = self.observations.gauges.len() - 1;

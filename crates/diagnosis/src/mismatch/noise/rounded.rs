@@ -63,8 +63,9 @@ impl<'a> RoundedNoise<'a> {
     fn scattered_as_measured(mut self) -> Self {
         let observations = self.observations;
         let cells = 0..observations.cells.len();
-        let mut repeated: Vec<FixedPart> =
-            cells.map(|cell| fixed_part(observations, cell)).collect();
+        let mut repeated: Vec<FixedPart> = cells
+            .map(|cell| fixed_part(observations, cell, true))
+            .collect();
         repeated.retain(|part| part.steps > 0);
         let scatter = |errors_m: &[f64]| -> f64 {
             let of_cell = |part: &FixedPart| {

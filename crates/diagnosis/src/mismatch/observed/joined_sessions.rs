@@ -75,6 +75,7 @@ impl Observations {
                 repeat: run.repeat,
                 session_run: run.session_run,
                 readings: moved(&run.readings, readings),
+                goes_on: run.goes_on,
             }));
             out.readings
                 .extend(one.readings.iter().map(|reading| ObservedReading {

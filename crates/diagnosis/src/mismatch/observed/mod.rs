@@ -2,6 +2,7 @@
 //!
 //! Owner: [`Observations`]. It imports no other room.
 
+mod beginnings;
 mod joined_sessions;
 mod observations;
 mod plan;
@@ -12,6 +13,7 @@ mod set_displacement;
 pub(crate) mod tests;
 mod unloaded_zero;
 
+pub use beginnings::Beginnings;
 pub(crate) use joined_sessions::NoisePart;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ObservedSession, Recorded,

@@ -13,6 +13,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
+use super::beginnings::Beginnings;
 use super::reading_noise::ReadingNoise;
 use super::recorded_history::RecordedHistory;
 use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT};
@@ -65,7 +66,7 @@ impl ObservedCell {
     }
 }
 
-/// Readings with one virgin history.
+/// Readings with one history: virgin, unless it goes on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedRun {
     /// Index of its cell.
@@ -76,6 +77,8 @@ pub struct ObservedRun {
     pub session_run: u32,
     /// Its readings, in the order in which they were made.
     pub readings: Range<usize>,
+    /// Whether joints begin it as the run before left them.
+    pub goes_on: bool,
 }
 
 /// What the search needs to know of a reading, besides force and displacement.
@@ -176,8 +179,10 @@ pub struct Observations {
     pub object: TestObject,
     /// What tells when a reading was taken.
     pub clock: ReadingClock,
-    /// What parts without a robot file went through, each from its virgin state on.
+    /// What parts without a robot file went through, each from its beginning on.
     pub histories: Vec<RecordedHistory>,
+    /// How runs begin.
+    pub beginnings: Beginnings,
     /// Of absolute positions where a tracker stands, and which point of the tool it sees: what was read is counted from the rigid robot there.
     pub tracker: Option<TrackerFrames>,
 }
@@ -272,6 +277,7 @@ impl Observations {
             object: TestObject::Robot,
             clock: ReadingClock::Times,
             histories: Vec::new(),
+            beginnings: Beginnings::default(),
             tracker: None,
         }
     }
@@ -498,6 +504,7 @@ impl Observations {
             clock: self.clock,
             tracker: self.tracker,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),
+            beginnings: self.beginnings.clone(),
             ..Self::without_readings(self.steps, self.recorded)
         };
         for session in &mut out.sessions {
@@ -518,6 +525,9 @@ impl Observations {
                 let mut kept = run.readings.clone().filter(is_kept).peekable();
                 if kept.peek().is_some() {
                     out.begin_run(run.repeat, run.session_run);
+                    if let Some(kept) = out.runs.last_mut() {
+                        kept.goes_on = run.goes_on;
+                    }
                 }
                 for reading in kept {
                     let load = self.loads[reading];
@@ -574,6 +584,7 @@ impl Observations {
             repeat,
             session_run,
             readings: place..place,
+            goes_on: false,
         });
         if let Some(cell) = self.cells.last_mut() {
             cell.runs.end = self.runs.len();

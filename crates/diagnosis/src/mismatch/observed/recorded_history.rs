@@ -35,7 +35,10 @@ pub struct RecordedHistory {
 impl RecordedHistory {
     /// The histories of all runs: those of a configuration one after the other, where each begins near where the one before ended. Loads in
     /// shuffled order have no history: what lies between two of them was not recorded.
-    fn of_runs(observations: &Observations) -> Vec<Self> {
+    ///
+    /// # Arguments
+    /// - `goes_on`: whether a run whose clock begins again goes on as well; the pause before it, which nobody knows, counts as none.
+    pub(super) fn of_runs(observations: &Observations, goes_on: bool) -> Vec<Self> {
         let driver = |reading: usize| observations.loads[reading].force_n;
         let time_s = |reading: usize| observations.readings[reading].time_s.unwrap_or_default();
         let nearest = CONTINUES * observations.largest_load();
@@ -50,22 +53,58 @@ impl RecordedHistory {
                 let (end, begin) = (before.end - 1, run.readings.start);
                 *cell == run.cell
                     && (driver(end) - driver(begin)).abs() <= nearest
-                    && time_s(begin) >= time_s(end)
+                    && (goes_on || time_s(begin) >= time_s(end))
             };
             match ranges.last_mut().filter(continues) {
                 Some((_, before)) => before.end = run.readings.end,
                 None => ranges.push((run.cell, run.readings.clone())),
             }
         }
-        let of_range = |(cell, readings): (usize, Range<usize>)| Self {
-            configuration: observations.cells[cell].pose,
-            size_factor: 1.0,
-            places: (0..readings.len()).collect(),
-            driver: readings.clone().map(driver).collect(),
-            time_s: readings.clone().map(time_s).collect(),
-            readings,
+        let of_range = |(cell, readings): (usize, Range<usize>)| {
+            let mut since_s = 0.0;
+            let elapsed_s = readings.clone().map(|reading| {
+                if reading > readings.start {
+                    let step_s = time_s(reading) - time_s(reading - 1);
+                    // A clock goes back within a run as it was recorded, and between runs where it begins again.
+                    let begins = observations.readings[reading].run
+                        != observations.readings[reading - 1].run;
+                    since_s += if begins { step_s.max(0.0) } else { step_s };
+                }
+                time_s(readings.start) + since_s
+            });
+            Self {
+                configuration: observations.cells[cell].pose,
+                size_factor: 1.0,
+                places: (0..readings.len()).collect(),
+                driver: readings.clone().map(driver).collect(),
+                time_s: elapsed_s.collect(),
+                readings: readings.clone(),
+            }
         };
         ranges.into_iter().map(of_range).collect()
+    }
+
+    /// Lets it begin with a load that was not read.
+    pub(super) fn begin_at(&mut self, load: f64) {
+        let first_s = self.time_s.first().copied();
+        self.driver = std::iter::once(load)
+            .chain(self.driver.iter().copied())
+            .collect();
+        self.time_s = first_s
+            .into_iter()
+            .chain(self.time_s.iter().copied())
+            .collect();
+        for place in &mut self.places {
+            *place += 1;
+        }
+    }
+
+    /// Takes the factor on sizes that its configuration has among others.
+    pub(super) fn take_size_of(&mut self, others: &[Self]) {
+        let own = others
+            .iter()
+            .find(|other| other.configuration == self.configuration);
+        self.size_factor = own.map_or(self.size_factor, |own| own.size_factor);
     }
 
     /// The readings that count.
@@ -139,7 +178,7 @@ impl Observations {
     pub(crate) fn of_part(mut self, object: TestObject) -> Self {
         self.object = object;
         self.free_zeros = true;
-        self.histories = RecordedHistory::of_runs(&self);
+        self.histories = RecordedHistory::of_runs(&self, false);
         self
     }
 

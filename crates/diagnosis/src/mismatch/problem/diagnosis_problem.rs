@@ -15,6 +15,7 @@ use crate::mismatch::baselines::{Baseline, prior_sd, start};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{
     EstimatedNoise, ForceReading, KnownNoise, NoiseCovariance, RoundedNoise, estimate_noise,
+    force_within_steps,
 };
 use crate::mismatch::observed::Observations;
 use crate::search::constants::ALTERNATIONS;
@@ -288,6 +289,10 @@ impl<'a> DiagnosisProblem<'a> {
         let mut effects = model.effects.clone();
         for place in 0..effects.len() {
             for value in 0..effects[place].values.len() {
+                if effects[place].law.parameters[value].is_reference() {
+                    columns.push(vec![0.0; n]);
+                    continue;
+                }
                 let before = effects[place].values[value];
                 let step = step_of(&effects[place], value, self.scales());
                 effects[place].values[value] = before + step;
@@ -319,7 +324,8 @@ impl<'a> DiagnosisProblem<'a> {
     pub(crate) fn space(&self, state: &State) -> Result<(WhiteSpace, Vec<f64>), MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
-        let columns = self.free_columns(&mut predictor, model)?;
+        let mut columns = self.free_columns(&mut predictor, model)?;
+        columns.extend(force_within_steps(self.observations, &state.noise.noise));
         let space = WhiteSpace::new(
             state.whitening.covariance.clone(),
             &prior_sd(self.baseline),

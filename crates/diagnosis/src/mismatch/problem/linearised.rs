@@ -31,9 +31,10 @@ impl LinearisedModel {
     ) -> Option<()> {
         let laws = self.laws(effects)?;
         for (index, run) in observations.runs.iter().enumerate() {
-            laws.displacements_m(
-                &self.poses[observations.cells[run.cell].pose],
-                &observations.run_loads(index),
+            let pose = &self.poses[observations.cells[run.cell].pose];
+            observations.displacements_of_run_m(
+                (&laws, pose),
+                index,
                 joint_rotations,
                 &mut out[run.readings.clone()],
             );

@@ -69,5 +69,5 @@ pub(crate) fn put_values(effects: &mut [Effect], values: &[f64]) {
 
 /// The value of an effect that is searched, not followed by derivatives.
 pub(crate) fn kinked(effect: &Effect) -> Option<usize> {
-    (1..effect.values.len()).find(|&value| !effect.law.parameters[value].is_smooth())
+    (1..effect.values.len()).find(|&value| effect.law.parameters[value].is_searched())
 }

@@ -170,6 +170,10 @@ fn session_scale(observations: &Observations) -> PlaceScale {
     let only_if = |recorded: bool, value: f64| if recorded { value } else { 0.0 };
     PlaceScale {
         force_n: largest(&mut loads().map(|load| load.force_n)),
+        force_range_n: [f64::min, f64::max].map(|end| {
+            let forces = loads().map(|load| load.force_n);
+            forces.reduce(end).unwrap_or_default()
+        }),
         displacement_m: largest(&mut observations.displacement_m.iter().copied()),
         time_s: only_if(
             recorded.time && observations.clock != ReadingClock::Rows,

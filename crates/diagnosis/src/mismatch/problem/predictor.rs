@@ -173,9 +173,9 @@ impl<'a> ReadingPredictor<'a> {
                 Some(held) => &held[pose],
                 None => solver.pose(pose),
             };
-            laws.displacements_m(
-                mechanics,
-                &self.observations.run_loads(index),
+            self.observations.displacements_of_run_m(
+                (&laws, mechanics),
+                index,
                 &mut self.joint_rotations,
                 &mut out[run.readings.clone()],
             );

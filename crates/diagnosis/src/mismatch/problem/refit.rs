@@ -132,7 +132,7 @@ impl WeightedFit<'_> {
         predictor: &mut ReadingPredictor<'_>,
         model: &Model,
     ) -> Option<LowestPoint> {
-        let set = self.parameter_set(model, |_| true).ok()?;
+        let set = self.parameter_set(model, |one| !one.is_reference()).ok()?;
         let mut problem = FitResiduals::new(self, predictor, model);
         let fit = minimise(&mut problem, &set, &settings()).ok()?;
         Some(LowestPoint { set, fit })
@@ -358,6 +358,9 @@ impl WeightedFit<'_> {
 /// Moves one value of an effect as a fit moves it, by a small step, and says by how much.
 fn step_on(effect: &mut Effect, value: usize, scales: &PlaceScales) -> f64 {
     let step = step_of(effect, value, scales);
+    if step.is_infinite() {
+        return step;
+    }
     let before = effect.values[value];
     effect.values[value] += step;
     if effect.law.parameters[value].is_ratio() {
@@ -556,6 +559,8 @@ pub(crate) fn step_of(effect: &Effect, value: usize, scales: &PlaceScales) -> f6
         FitBy::Derivative { .. } if now == 0.0 => FROM_ZERO * range()[1],
         FitBy::Derivative { relative_step } => relative_step * now,
         FitBy::Search => OVER_KINKS * now.abs().max(1e-12),
+        // Over an endless step the difference is none.
+        FitBy::Reference => f64::INFINITY,
     }
 }
 

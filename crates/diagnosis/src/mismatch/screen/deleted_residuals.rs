@@ -136,7 +136,7 @@ impl<'a> FreeMeans<'a> {
             let is_of_zero = |reading: usize| observations.readings[reading].zero == zero;
             means.set_free(&rows, |reading| f64::from(u8::from(is_of_zero(reading))));
         }
-        for column in fixed_part(observations, cell).columns() {
+        for column in fixed_part(observations, cell, true).columns() {
             means.set_free(&of_cell.readings, |reading| {
                 column[reading - of_cell.readings.start]
             });

@@ -17,12 +17,16 @@ use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, Stated, end_effect_m};
 use crate::mismatch::screen::{lacking, lacking_cells, lacking_scatter};
 use crate::mismatch::unexplained::{Location, Stratum, UnexplainedStructure};
+use crate::search::constants::STRONG_EVIDENCE;
 use crate::search::constants::UNEXPLAINED_LEVEL;
 use crate::search::{distinguishable, dot, largest};
 
 /// Distance from a plausible bound, as a share of it, at which a size stands there (1): fits stop at bounds up to rounding, and a page prints three
 /// digits. Stated.
 const AT_A_PLAUSIBLE_BOUND: f64 = 1e-3;
+
+/// Squared cosine above which what a richer law adds to the one that it contains is less than a tenth of it (1). Definition.
+const SAME_SHAPE: f64 = 0.99;
 
 /// Rivals that are printed (1).
 const RIVALS: usize = 8;
@@ -117,6 +121,7 @@ pub(crate) fn conclude(
         locations: locations(problem, found, critical),
         findings,
         sizes: ConfigurationSizes::Common,
+        beginnings: problem.observations.beginnings.clone(),
         unexplained: location_of(problem.observations, &found.left),
         unexplained_standard_errors: standard_errors_left(problem, found)?,
         omnibus: found.omnibus,
@@ -385,13 +390,20 @@ fn members(resolved: &ResolvedEffect) -> Vec<usize> {
             out.push(place);
         }
     }
-    // Of nested laws at one place the simpler, unless the data lean to the richer.
+    // Of nested laws at one place the simpler, unless the data lean to a richer one that does something else.
     let is_needless = |richer: &Ranked| {
         out.iter().any(|&place| {
             let simpler = &resolved.ranked[place];
+            let product = dot(&richer.white, &simpler.white).powi(2);
+            let squares = dot(&richer.white, &richer.white) * dot(&simpler.white, &simpler.white);
+            let room = if product > SAME_SHAPE * squares {
+                STRONG_EVIDENCE
+            } else {
+                0.0
+            };
             richer.effect.law.contains(simpler.effect.law)
                 && richer.effect.place == simpler.effect.place
-                && richer.evidence.log_bayes() <= simpler.evidence.log_bayes()
+                && richer.evidence.log_bayes() <= simpler.evidence.log_bayes() + room
         })
     };
     let kept = out.iter().copied();

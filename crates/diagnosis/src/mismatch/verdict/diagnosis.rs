@@ -7,8 +7,8 @@ use super::stated_values::EstimatedValue;
 use crate::mismatch::candidates::ConfigurationSizes;
 use crate::mismatch::hold_out::{MisfitShares, MisfitSteps, Quality};
 use crate::mismatch::noise::{EarlierNoise, NoiseBasis};
-use crate::mismatch::observed::Observations;
 use crate::mismatch::observed::ReadingNoise;
+use crate::mismatch::observed::{Beginnings, Observations};
 use crate::mismatch::unexplained::{Location, Omnibus};
 
 /// A rival of a finding.
@@ -134,6 +134,8 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What their sizes follow from configuration to configuration of a part.
     pub sizes: ConfigurationSizes,
+    /// How the runs begin.
+    pub beginnings: Beginnings,
     /// What the final model leaves.
     pub unexplained: Location,
     /// Its length in standard errors.

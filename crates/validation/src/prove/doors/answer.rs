@@ -295,6 +295,7 @@ fn stated_undetermined(
 ) -> Option<String> {
     let scale = PlaceScale {
         force_n: largest_n,
+        force_range_n: [-largest_n, largest_n],
         ..UNKNOWN_SCALE
     };
     let estimates = sizes(name, finding);

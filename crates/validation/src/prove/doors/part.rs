@@ -72,6 +72,7 @@ impl PartBench {
         let (line, plan) = Line::of_table(&table)?;
         let scale = PlaceScale {
             force_n: 1.0,
+            force_range_n: [-1.0, 1.0],
             displacement_m: 1.0,
             moment_nm: 1.0,
             compliance: 1.0,

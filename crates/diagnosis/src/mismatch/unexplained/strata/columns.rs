@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::mismatch::noise::NoiseCovariance;
+use crate::mismatch::noise::{NoiseCovariance, force_within_steps};
 use crate::mismatch::observed::{Observations, ObservedReading};
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -14,6 +14,10 @@ use crate::search::constants::{COLUMN_LEFT, ROUNDING};
 /// A factor that moves no reading by more than this many standard errors within all that is known of it is left out: it absorbs nothing. By
 /// judgement (f10797f).
 const ABSORBS_NOTHING: f64 = 0.05;
+
+/// The same of a level of load (1): its loads differ by what the jack left, and what differs between them alone is no level. Numerics: the last
+/// contrast of five even levels beside a line and two curves is an eighth of one of them.
+const LEVEL_LEFT: f64 = 0.1;
 
 /// What a decomposition is made for.
 pub(super) struct Setting<'a, 'c> {
@@ -45,7 +49,16 @@ pub(super) fn bases(
 ) -> [LocalBasis; 4] {
     let cells = CellColumnSet { observations };
     let none = |_: usize| CellColumns::new();
-    let zeros = |cell| cells.by_level(cell, |_, one| Some(one.zero));
+    let errors_of_force = force_within_steps(observations, &whitening.noise);
+    let zeros = |cell: usize| {
+        let mut zeros = cells.by_level(cell, |_, one| Some(one.zero));
+        let readings = observations.cells[cell].readings.clone();
+        zeros.extend(errors_of_force.get(cell).map(|column| RowVector {
+            first: readings.start,
+            values: column[readings].to_vec(),
+        }));
+        zeros
+    };
     let runs = |cell| cells.run_slopes(cell);
     let slope = |cell| vec![cells.of(cell, |force| force)];
     let offset = |cell| vec![cells.of(cell, |_| 1.0)];
@@ -85,9 +98,9 @@ pub(super) fn bases(
             stage(&holds, COLUMN_LEFT),
             stage(sign_within, COLUMN_LEFT),
             stage(&curves, COLUMN_LEFT),
-            stage(&levels, COLUMN_LEFT),
+            stage(&levels, LEVEL_LEFT),
             stage(&loops, COLUMN_LEFT),
-            stage(&branches, COLUMN_LEFT),
+            stage(&branches, LEVEL_LEFT),
         ]),
         basis(&[
             stage(&zeros, ROUNDING),
@@ -100,9 +113,9 @@ pub(super) fn bases(
             stage(&runs, ROUNDING),
             stage(sign_within, COLUMN_LEFT),
             stage(&curves, COLUMN_LEFT),
-            stage(&levels, COLUMN_LEFT),
+            stage(&levels, LEVEL_LEFT),
             stage(&loops, COLUMN_LEFT),
-            stage(&branches, COLUMN_LEFT),
+            stage(&branches, LEVEL_LEFT),
             stage(&holds, COLUMN_LEFT),
         ]),
     ]

@@ -1,0 +1,99 @@
+//! Scatter of a force that the displacement does not follow: that of its gauge.
+//!
+//! Loads that are set by hand differ from repeat to repeat, and the displacement follows them along the local slope of the curve; an error of the
+//! force gauge it does not follow. So the slope within steps, over that between them, is the share of the scatter that is setting (attenuation:
+//! Fuller, Measurement Error Models, 1987, section 1.1).
+
+use std::collections::BTreeMap;
+
+use crate::mismatch::observed::{Observations, ObservedCell, ReadingNoise, about_means};
+use stiffbench_units_and_text::test_point::Branch;
+
+/// Standard errors by which the share of the gauge must exceed zero, and the least share that matters (1): below it the scatter is setting. By
+/// judgement.
+const CLEAR: f64 = 4.0;
+/// See [`CLEAR`].
+const LEAST_SHARE: f64 = 0.2;
+
+/// A step of a cell: its place in order, and force and displacement of its readings.
+type Step = Vec<(f64, f64)>;
+
+/// Standard deviation of the error of the force gauge, N; `None` where the displacement follows the force within steps, as far as these show.
+pub(super) fn force_scatter(observations: &Observations) -> Option<f64> {
+    let (mut followed, mut whole, mut error) = (0.0, 0.0, 0.0);
+    let (mut squares_n, mut dof) = (0.0, 0.0);
+    for cell in &observations.cells {
+        let mut branches: BTreeMap<bool, BTreeMap<u32, Step>> = BTreeMap::new();
+        for reading in cell.readings.clone() {
+            let load = observations.loads[reading];
+            let unloads = observations.readings[reading].branch == Branch::Unloading;
+            let steps = branches.entry(unloads).or_default();
+            let point = (load.force_n, observations.displacement_m[reading]);
+            steps.entry(load.step).or_default().push(point);
+        }
+        for steps in branches.values() {
+            let steps: Vec<&Step> = steps.values().collect();
+            for three in steps.windows(3) {
+                let [before, step, after] = [three[0], three[1], three[2]].map(|step| mean(step));
+                let slope = (after.1 - before.1) / (after.0 - before.0);
+                if three[1].len() < 2 || !slope.is_finite() {
+                    continue;
+                }
+                let off = three[1].iter().map(|(f, x)| (f - step.0, x - step.1));
+                for (force_n, moved_m) in off {
+                    let expected_m = slope * force_n;
+                    followed += expected_m * moved_m;
+                    whole += expected_m * expected_m;
+                    error += (expected_m * moved_m).powi(2);
+                    squares_n += force_n * force_n;
+                }
+                dof += three[1].len() as f64 - 1.0;
+            }
+        }
+    }
+    // Robust to what else scatters: the standard error of a sum of products by their own squares.
+    let share = 1.0 - followed / whole;
+    let standard_error = error.sqrt() / whole;
+    let is_clear = share > LEAST_SHARE && share > CLEAR * standard_error;
+    (is_clear && dof > 0.0).then(|| (share.min(1.0) * squares_n / dof).sqrt())
+}
+
+/// The force of the readings of each cell about the mean of their step, N, where its gauge scatters; else none. What repeats show of a load by being
+/// repeats tells its errors: along these columns every law that knows a load by another way than its reading would explain them.
+pub(crate) fn force_within_steps(
+    observations: &Observations,
+    noise: &ReadingNoise,
+) -> Vec<Vec<f64>> {
+    let is_one_gauge = observations.gauges.is_empty() && observations.has_series();
+    if noise.gauges.force_sd_n == 0.0 || !is_one_gauge {
+        return Vec::new();
+    }
+    let of_cell = |cell: &ObservedCell| {
+        let readings = cell.readings.clone();
+        let step = |reading: usize| {
+            let unloads = observations.readings[reading].branch == Branch::Unloading;
+            (unloads, observations.loads[reading].step)
+        };
+        let mut numbers = BTreeMap::new();
+        let numbered = readings.clone().map(|reading| {
+            let next = numbers.len();
+            *numbers.entry(step(reading)).or_insert(next)
+        });
+        let numbered: Vec<usize> = numbered.collect();
+        let forces = observations.loads[readings.clone()].iter();
+        let forces = forces.map(|load| load.force_n).collect();
+        let within = about_means(forces, numbered.into_iter(), numbers.len());
+        let mut column = vec![0.0; observations.len()];
+        column[readings].copy_from_slice(&within);
+        column
+    };
+    observations.cells.iter().map(of_cell).collect()
+}
+
+fn mean(step: &Step) -> (f64, f64) {
+    let count = step.len() as f64;
+    let sum = step
+        .iter()
+        .fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    (sum.0 / count, sum.1 / count)
+}
