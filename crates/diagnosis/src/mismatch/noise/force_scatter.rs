@@ -4,9 +4,10 @@
 //! force gauge it does not follow. So the slope within steps, over that between them, is the share of the scatter that is setting (attenuation:
 //! Fuller, Measurement Error Models, 1987, section 1.1).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::mismatch::observed::{Observations, ObservedCell, ReadingNoise, about_means};
+use crate::search::largest;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Standard errors by which the share of the gauge must exceed zero, and the least share that matters (1): below it the scatter is setting. By
@@ -68,26 +69,55 @@ pub(crate) fn force_within_steps(
     if noise.gauges.force_sd_n == 0.0 || !is_one_gauge {
         return Vec::new();
     }
+    let forces = observations.loads.iter().map(|load| load.force_n);
+    let within = about_steps(observations, forces.collect());
     let of_cell = |cell: &ObservedCell| {
-        let readings = cell.readings.clone();
-        let step = |reading: usize| {
-            let unloads = observations.readings[reading].branch == Branch::Unloading;
-            (unloads, observations.loads[reading].step)
-        };
-        let mut numbers = BTreeMap::new();
-        let numbered = readings.clone().map(|reading| {
-            let next = numbers.len();
-            *numbers.entry(step(reading)).or_insert(next)
-        });
-        let numbered: Vec<usize> = numbered.collect();
-        let forces = observations.loads[readings.clone()].iter();
-        let forces = forces.map(|load| load.force_n).collect();
-        let within = about_means(forces, numbered.into_iter(), numbers.len());
         let mut column = vec![0.0; observations.len()];
-        column[readings].copy_from_slice(&within);
+        column[cell.readings.clone()].copy_from_slice(&within[cell.readings.clone()]);
         column
     };
     observations.cells.iter().map(of_cell).collect()
+}
+
+/// Where a gauge stood, in the mean over the repeats of each load where nobody knows how the force scatters: its errors move the position at which a
+/// gauge is taken to stand, and a period of the gauge would explain them. As it is elsewhere, and where loads were not repeated.
+pub(crate) fn positions_of_repeats(observations: &Observations, positions_m: Vec<f64>) -> Vec<f64> {
+    let is_unknown = observations.steps.force_n.is_none() && observations.has_series();
+    let forces = observations.loads.iter().map(|load| load.force_n);
+    let off_n = about_steps(observations, forces.collect());
+    let is_repeated = largest(&off_n) < SAME_LOAD * observations.largest_load();
+    let steps: HashSet<usize> = steps(observations).into_iter().collect();
+    if !is_unknown || !is_repeated || 2 * steps.len() > observations.len() {
+        return positions_m;
+    }
+    let off_m = about_steps(observations, positions_m.clone());
+    let both = positions_m.iter().zip(off_m);
+    both.map(|(position, off)| position - off).collect()
+}
+
+/// Share of the largest load by which loads of one step may differ to be repeats (1). By judgement.
+const SAME_LOAD: f64 = 0.05;
+
+/// For each reading the number of its cell, branch and step.
+fn steps(observations: &Observations) -> Vec<usize> {
+    let mut numbers = HashMap::new();
+    let all = 0..observations.len();
+    let number = all.map(|reading| {
+        let unloads = observations.readings[reading].branch == Branch::Unloading;
+        let step = observations.loads[reading].step;
+        let next = numbers.len();
+        *numbers
+            .entry((observations.cell_of(reading), unloads, step))
+            .or_insert(next)
+    });
+    number.collect()
+}
+
+/// Values without the means of their steps.
+fn about_steps(observations: &Observations, values: Vec<f64>) -> Vec<f64> {
+    let steps = steps(observations);
+    let count = steps.iter().max().map_or(0, |last| last + 1);
+    about_means(values, steps.into_iter(), count)
 }
 
 fn mean(step: &Step) -> (f64, f64) {

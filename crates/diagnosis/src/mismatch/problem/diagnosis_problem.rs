@@ -15,7 +15,7 @@ use crate::mismatch::baselines::{Baseline, prior_sd, start};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{
     EstimatedNoise, ForceReading, KnownNoise, NoiseCovariance, RoundedNoise, estimate_noise,
-    force_within_steps,
+    force_within_steps, positions_of_repeats,
 };
 use crate::mismatch::observed::Observations;
 use crate::search::constants::ALTERNATIONS;
@@ -371,7 +371,8 @@ impl<'a> DiagnosisProblem<'a> {
         let mut model = state.fitted.model.clone();
         model.effects.retain(|effect| !effect.law.is_gauge_error());
         let residuals = self.raw_residuals(&model)?;
-        Ok(state.whitening.positions(self.observations, &residuals))
+        let positions = state.whitening.positions(self.observations, &residuals);
+        Ok(positions_of_repeats(self.observations, positions))
     }
 
     /// Readings minus a model, m.

@@ -1,6 +1,6 @@
 //! The spaces of each stratum, of what it is tested against, and of what is taken out first.
 
-use crate::mismatch::noise::NoiseCovariance;
+use crate::mismatch::noise::{NoiseCovariance, force_within_steps};
 use crate::mismatch::observed::Observations;
 use crate::search::subtract;
 
@@ -36,6 +36,9 @@ pub(super) struct Decomposition<'a> {
     shape: [Fit; 2],
     curves: Fit,
     pure: Fit,
+    /// Share of the variance of readings that [`Self::pure`] leaves: the errors of a force gauge that scatters are taken out of it, but not out of the
+    /// means over repeats.
+    pure_share: f64,
     pub(super) untested: Vec<Untested>,
 }
 
@@ -127,6 +130,7 @@ impl<'a> Decomposition<'a> {
             shape,
             curves,
             pure,
+            pure_share: pure_share(observations, whitening),
             untested,
         }
     }
@@ -139,7 +143,7 @@ impl<'a> Decomposition<'a> {
             ErrorTerm::Pure => {
                 let left = self.pure.left(&self.bases[WITHIN], white);
                 let dof = white.len().saturating_sub(self.pure.rank);
-                return (squares(&left), dof as f64);
+                return (squares(&left) / self.pure_share, dof as f64);
             }
         };
         let left = without.left(&self.bases[basis], white);
@@ -161,7 +165,7 @@ impl<'a> Decomposition<'a> {
             (squares.max(least), (with.rank - without.rank) as f64)
         };
         let pure = (
-            (whole - within(WITHIN, &self.pure)).max(least),
+            ((whole - within(WITHIN, &self.pure)) / self.pure_share).max(least),
             white.len().saturating_sub(self.pure.rank) as f64,
         );
         let run_slope = runs(BETWEEN, &self.run_slope);
@@ -283,6 +287,16 @@ impl<'a> Decomposition<'a> {
         let n = self.observations.len();
         self.pure.leverage_left(&self.bases[WITHIN], n)
     }
+}
+
+/// Share of their own errors in the variance of readings, where errors of the force are told apart; else 1.
+fn pure_share(observations: &Observations, whitening: &NoiseCovariance) -> f64 {
+    if force_within_steps(observations, &whitening.noise).is_empty() {
+        return 1.0;
+    }
+    let all = 0..observations.len();
+    let shares = all.map(|reading| whitening.own_share(reading));
+    shares.sum::<f64>() / observations.len() as f64
 }
 
 /// Sum of squares.
