@@ -12,6 +12,7 @@ mod session_limits;
 mod session_repeats;
 mod session_replay;
 mod session_run;
+mod session_scatter;
 mod session_simulated;
 mod session_undo;
 mod session_vectors;
