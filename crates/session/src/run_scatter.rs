@@ -167,7 +167,8 @@ impl<'a> RunScatter<'a> {
         for kept in &state.readings {
             let (taken, counts) = (&kept.taken, kept.superseded.is_none());
             let stays = kept.superseded.as_deref() == Some(TAKEN_AGAIN);
-            if !(counts || stays) || !taken.flag.is_empty() {
+            // What is flagged is no measure for others.
+            if !(counts || stays) || !is_unflagged(kept) {
                 continue;
             }
             let same = runs.iter_mut().find(|(attempt, run)| {

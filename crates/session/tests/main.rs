@@ -8,6 +8,7 @@
 mod session_ends;
 mod session_faults;
 mod session_journal;
+mod session_kinds;
 mod session_limits;
 mod session_repeats;
 mod session_replay;

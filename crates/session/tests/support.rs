@@ -1,6 +1,6 @@
 //! A bench whose readings are functions of the test point, and an operator who does what the view says, in simulated time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Write};
 
@@ -10,7 +10,8 @@ use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
     Action, Answer, AnswerForm, Bell, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal,
     Machine, OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd,
-    SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, read_journal, table,
+    SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, ZeroOccasion,
+    read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -77,7 +78,7 @@ pub(crate) struct MockBench {
     pub(crate) force_n: f64,
     aim_n: f64,
     /// Whether a load of the plan is on, or on its way.
-    loaded: bool,
+    pub(crate) loaded: bool,
     direction: LoadDirection,
     /// How far a hand beside the force gauge moves the end, m.
     pushed_m: [f64; 3],
@@ -110,10 +111,20 @@ pub(crate) struct MockBench {
     /// What a run of a cell does otherwise.
     pub(crate) runs: BTreeMap<(usize, u32), RunDeviation>,
     /// The run that is measured, and its step.
-    at: ((usize, u32), u32),
+    pub(crate) at: ((usize, u32), u32),
     /// Of the noise.
     pub(crate) seed: u64,
+    /// What the displays of force and displacement gauges make of their values, in the sign as sent.
+    pub(crate) displays: [Option<Display>; 2],
+    /// Readings that were taken, and when the last was, s.
+    pub(crate) taken: (usize, f64),
+    /// The force at the last ticks, N, the newest last.
+    pub(crate) past_n: VecDeque<f64>,
+    /// Force that stays on where the gauge should hang free, N.
+    pub(crate) left_on_n: f64,
 }
+
+pub(crate) type Display = fn(&MockBench, f64) -> f64;
 
 /// How a run differs from the others of its cell.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -176,6 +187,10 @@ impl Default for MockBench {
             runs: BTreeMap::new(),
             at: ((0, 1), 0),
             seed: 0,
+            displays: [None; 2],
+            taken: (0, 0.0),
+            past_n: VecDeque::new(),
+            left_on_n: 0.0,
         }
     }
 }
@@ -248,6 +263,9 @@ impl MockBench {
                 if let Some(place) = &view.place {
                     self.at = ((place.cell, place.repeat), place.step);
                 }
+                if purpose == Purpose::Free {
+                    self.aim_n = self.left_on_n;
+                }
                 if purpose != Purpose::Reading && target_n != 0.0 {
                     let key = (self.seed, self.at.0, purpose == Purpose::Preload);
                     self.aim_n += self.preload_off_n * (2.0 * uniform(key) - 1.0);
@@ -274,6 +292,10 @@ impl MockBench {
         // A hand does not turn evenly.
         let most_n = JACK_N * (0.6 + 0.4 * (7.3 * self.now_s).sin());
         self.force_n += left_n.clamp(-most_n, most_n);
+        self.past_n.push_back(self.force_n);
+        if self.past_n.len() > 100 {
+            self.past_n.pop_front();
+        }
     }
 
     pub(crate) fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
@@ -292,6 +314,12 @@ impl MockBench {
             value_si += noise_si * normal((self.seed, channel.index(), self.now_s.to_bits()));
         }
         value_si = self.held_si[channel.index()].unwrap_or(value_si);
+        if let Some(display) = self.displays[usize::from(channel != Channel::Force)] {
+            value_si = display(self, value_si);
+        }
+        if value_si.is_nan() {
+            return None;
+        }
         let (step, unit, factor) = match channel {
             Channel::Force => (0.1, "N", 1.0),
             _ => (self.step_m, "mm", 1e3),
@@ -363,6 +391,9 @@ pub(crate) struct Rig {
     channels: Vec<Channel>,
     /// The answer to which way the push by hand went.
     way: &'static str,
+    /// Force and displacement from the zero as they were at each reading, N and m, and where the end stood at the zero, m.
+    pub(crate) truth: Vec<[f64; 2]>,
+    zero_m: f64,
     /// Number of a reading, and by how much it is taken wrongly, m.
     pub(crate) spike: Option<(u32, f64)>,
 }
@@ -473,6 +504,8 @@ impl Rig {
         Self {
             channels: plan.channels(),
             spike: None,
+            truth: Vec::new(),
+            zero_m: 0.0,
             way: if plan.procedure.load_sense() < 0.0 {
                 "minus"
             } else {
@@ -526,6 +559,17 @@ impl Rig {
         // The question is answered before the bench is looked at again; gauges along the axes see where the load goes.
         if let (Event::PoseSet(set), true) = (&event, self.channels.len() > 2) {
             self.bench.direction.clone_from(&set.direction);
+        }
+        let along = self.bench.direction.unit_vector();
+        let compliance: f64 = (0..3).map(|i| along[i] * self.bench.compliance()[i]).sum();
+        let end_m = compliance * self.bench.force_n;
+        match &event {
+            Event::Reading(taken) => {
+                self.truth.push([self.bench.force_n, end_m - self.zero_m]);
+                self.bench.taken = (taken.number as usize, self.bench.now_s);
+            }
+            Event::Zero(zeroed) if zeroed.moment == ZeroOccasion::Before => self.zero_m = end_m,
+            _ => {}
         }
         let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
             self.failed = true;

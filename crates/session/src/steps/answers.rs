@@ -235,6 +235,12 @@ impl Machine {
         if matches!(rule, "force-steps" | "displacement-steps") {
             self.coarse_answered(channel, word == "accept", out);
         }
+        if rule == "displacement-sign" && matches!(word, "accept" | "skip") {
+            // Readings without load do not show it.
+            let since_s = self.state.zero.as_ref().map_or(0.0, |zero| zero.at_s);
+            let flag = format!("the {channel} went against the force on this zero");
+            self.flag_since(channel, since_s, flag, out);
+        }
         if let Some((channel, since_s)) = self.stood_still.take().filter(|_| word != "accept") {
             let flag = format!("the {channel} gauge stood still");
             self.flag_since(channel, since_s, flag, out);

@@ -350,7 +350,12 @@ impl Machine {
     ) -> Option<f64> {
         let near_n = STILL_TOLERANCES * self.plan.procedure.settle.force_tolerance_n;
         let good = || {
-            let all = self.state.accepted().rev().map(|kept| &kept.taken);
+            let all = self
+                .state
+                .accepted()
+                .rev()
+                .filter(|kept| is_unflagged(kept));
+            let all = all.map(|kept| &kept.taken);
             all.filter(|other| other.cell == taken.cell && other.repeat < taken.repeat)
         };
         let there = good().find(|other| {
@@ -373,7 +378,9 @@ impl Machine {
         let settle = &self.plan.procedure.settle;
         let spread_m = settle.spread_m;
         let accepted = || {
-            let all = self.state.accepted().map(|kept| &kept.taken);
+            // What was accepted against a question is no measure for others.
+            let all = self.state.accepted().filter(|kept| is_unflagged(kept));
+            let all = all.map(|kept| &kept.taken);
             all.filter(|other| other.cell == taken.cell)
         };
         let alike = |one: &TakenReading, other: &TakenReading| {
