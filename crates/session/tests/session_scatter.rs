@@ -138,3 +138,31 @@ fn six_predictive_standard_deviations_are_asked_about() {
         }
     }
 }
+
+#[test]
+fn no_display_of_a_clean_session_is_taken_for_held() {
+    let mut asked = Vec::new();
+    for seed in 0..SESSIONS {
+        let mut procedure = procedure();
+        procedure.settle.dwell_s = [0.3, 0.8, 2.0][seed as usize % 3];
+        procedure.settle.spread_m = 20e-6;
+        let mut rig = bench(&procedure, 2000 + seed, 0.002, false);
+        // Decimals of a millimetre, and noise in steps of the last.
+        let (decimals, noise) = [
+            (4, 0.1),
+            (4, 5.0),
+            (3, 0.1),
+            (3, 0.4),
+            (3, 2.0),
+            (2, 0.05),
+            (2, 0.3),
+        ][seed as usize % 7];
+        let step_m = 10_f64.powi(-3 - decimals as i32);
+        (rig.bench.decimals, rig.bench.step_m) = (decimals, step_m);
+        rig.bench.noise_si = [0.3 * uniform((seed, 9)), noise * step_m];
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{seed}");
+        let frozen = rig.asked.iter().filter(|prompt| prompt.id == "frozen");
+        asked.extend(frozen.map(|prompt| format!("{seed}: {}", prompt.text)));
+    }
+    assert!(asked.is_empty(), "{asked:#?}");
+}
