@@ -24,7 +24,7 @@ const PRIOR_SLOPE: f64 = 0.005;
 const LEAST_SHARE: f64 = 0.2;
 
 /// Scatter of the offset of a run, and of a reading, before they are known: this share of the settling spread.
-const PRIOR_OF_SPREAD: f64 = 0.25;
+const PRIOR_OF_SPREAD: f64 = 0.5;
 
 /// What the prior counts as, degrees of freedom.
 const PRIOR_FREEDOM: f64 = 6.0;
@@ -37,6 +37,7 @@ const LEAST_FREE: f64 = 0.01;
 
 /// Slope, offset, loads.
 const KINDS: usize = 3;
+const LOADS: usize = 2;
 
 /// The readings of one application of the loads.
 struct Run<'a> {
@@ -45,6 +46,12 @@ struct Run<'a> {
     /// Whether it counts; one that was taken again stays in the scatter.
     counts: bool,
     readings: Vec<&'a TakenReading>,
+}
+
+impl Run<'_> {
+    fn place(&self) -> (usize, Option<u32>) {
+        (self.cell, Some(self.repeat))
+    }
 }
 
 /// How much a run differs in one respect, in units of the prior scatter.
@@ -146,8 +153,8 @@ impl<'a> RunScatter<'a> {
         let like = runs.last()?;
         let comparison = self.compare(like, &runs, channel)?;
         let limit = |kind: usize, tested: usize| {
-            let (scale, freedom) = self.pooled(channel, kind, None);
-            let most = if kind == 2 { freedom } else { MOST_FREEDOM };
+            let (scale, freedom) = self.pooled(channel, kind, (cell, None));
+            let most = if kind == LOADS { freedom } else { MOST_FREEDOM };
             scale * self.limit(freedom.min(most), tested)
         };
         let loads = comparison.loads.iter().map(|of| of.2);
@@ -156,7 +163,7 @@ impl<'a> RunScatter<'a> {
         Some(AskedFrom {
             slope: (limit(0, 1) * comparison.line[0].1 / comparison.slope).abs(),
             offset_m: limit(1, 1) * comparison.line[1].1,
-            load_m: limit(2, comparison.loads.len()) * load_m,
+            load_m: limit(LOADS, comparison.loads.len()) * load_m,
         })
     }
 
@@ -261,7 +268,7 @@ impl<'a> RunScatter<'a> {
         let squares: f64 = points.iter().map(|of| left(of).powi(2)).sum();
         let freedom = n - 2.0;
         // Of a gauge that is noisier than assumed, the run itself shows it.
-        let (scale, known) = self.pooled(channel, 2, Some(run));
+        let (scale, known) = self.pooled(channel, LOADS, run.place());
         let of_run = squares / (more * reading_variance);
         let noise = reading_variance * (known * scale.powi(2) + of_run) / (known + freedom);
         let slope_prior = PRIOR_SLOPE * slope.abs().max(LEAST_SHARE * largest);
@@ -292,14 +299,25 @@ impl<'a> RunScatter<'a> {
     }
 
     /// Scatter of a kind in units of the prior, and its degrees of freedom, without other tries of a run.
-    fn pooled(&self, channel: Channel, kind: usize, without: Option<&Run<'_>>) -> (f64, f64) {
+    fn pooled(&self, channel: Channel, kind: usize, run: (usize, Option<u32>)) -> (f64, f64) {
+        let (cell, repeat) = run;
         let known = self.differences.iter().filter(|of| {
-            let same = without.is_some_and(|run| (run.cell, run.repeat) == (of.cell, of.repeat));
+            let same = of.cell == cell && Some(of.repeat) == repeat;
             (of.channel, of.kind) == (channel, kind) && !same
         });
-        let sums = known.fold((PRIOR_FREEDOM, PRIOR_FREEDOM), |(squares, freedom), of| {
-            (squares + of.size.powi(2), freedom + of.freedom)
-        });
+        let sum =
+            |sums: (f64, f64), of: &Difference| (sums.0 + of.size.powi(2), sums.1 + of.freedom);
+        let prior = (PRIOR_FREEDOM, PRIOR_FREEDOM);
+        let sums = if kind == LOADS {
+            // Soft cells scatter in other proportions than stiff ones: where another cell scatters less, that is no reason to expect it here.
+            let (here, there): (Vec<_>, Vec<_>) = known.partition(|of| of.cell == cell);
+            let of_others = there.into_iter().fold(prior, sum);
+            let square = (of_others.0 / of_others.1).max(1.0);
+            here.into_iter()
+                .fold((square * PRIOR_FREEDOM, PRIOR_FREEDOM), sum)
+        } else {
+            known.fold(prior, sum)
+        };
         ((sums.0 / sums.1).sqrt(), sums.1)
     }
 
@@ -329,7 +347,7 @@ impl<'a> RunScatter<'a> {
         );
         let mut found = Vec::new();
         for (kind, (off, prior)) in comparison.line.into_iter().enumerate() {
-            let (scale, freedom) = self.pooled(channel, kind, Some(run));
+            let (scale, freedom) = self.pooled(channel, kind, run.place());
             let limit = self.limit(freedom.min(MOST_FREEDOM), 1) * scale;
             let size = off / prior;
             let differs = if kind == 0 {
@@ -360,7 +378,7 @@ impl<'a> RunScatter<'a> {
                 text: format!("{place} {differs}."),
             });
         }
-        let (scale, known) = self.pooled(channel, 2, Some(run));
+        let (scale, known) = self.pooled(channel, LOADS, run.place());
         for (number, off_m, prior_m) in &comparison.loads {
             let size = (off_m / prior_m).abs();
             // The others show how much a reading scatters.
@@ -448,6 +466,6 @@ fn differences_of(run: &Run<'_>, channel: Channel, comparison: &Comparison) -> [
     [
         of(0, slope, 1.0),
         of(1, offset, 1.0),
-        of(2, comparison.squares.sqrt(), comparison.freedom),
+        of(LOADS, comparison.squares.sqrt(), comparison.freedom),
     ]
 }
