@@ -40,7 +40,7 @@ const KINDS: usize = 3;
 const LOADS: usize = 2;
 
 /// The readings of one application of the loads.
-struct Run<'a> {
+struct CheckedRun<'a> {
     cell: usize,
     repeat: u32,
     /// Whether it counts; one that was taken again stays in the scatter.
@@ -48,7 +48,7 @@ struct Run<'a> {
     readings: Vec<&'a TakenReading>,
 }
 
-impl Run<'_> {
+impl CheckedRun<'_> {
     fn place(&self) -> (usize, Option<u32>) {
         (self.cell, Some(self.repeat))
     }
@@ -56,7 +56,7 @@ impl Run<'_> {
 
 /// How much a run differs in one respect, in units of the prior scatter.
 #[derive(Clone, Copy)]
-struct Difference {
+struct RunDifference {
     cell: usize,
     repeat: u32,
     channel: Channel,
@@ -67,8 +67,8 @@ struct Difference {
 }
 
 /// A run compared with the earlier runs of its cell, at one gauge.
-struct Comparison {
-    /// Difference of slope, m/N, and of offset, m, each with its prior scatter.
+struct RunComparison {
+    /// RunDifference of slope, m/N, and of offset, m, each with its prior scatter.
     line: [(f64, f64); 2],
     /// What the earlier runs yield, m/N.
     slope: f64,
@@ -81,7 +81,7 @@ struct Comparison {
 }
 
 /// What stands out in a run.
-struct Finding {
+struct RunFinding {
     /// How many times the limit.
     times: f64,
     /// None for all readings of the run.
@@ -104,7 +104,7 @@ pub(super) struct RunScatter<'a> {
     state: &'a SessionState,
     plan: &'a SessionPlan,
     channels: Vec<Channel>,
-    differences: Vec<Difference>,
+    differences: Vec<RunDifference>,
 }
 
 impl<'a> RunScatter<'a> {
@@ -125,7 +125,8 @@ impl<'a> RunScatter<'a> {
         for (at, run) in runs.iter().enumerate() {
             let before = runs[..at].iter();
             let before = before.filter(|other| other.cell == run.cell && other.counts);
-            let before: Vec<&Run<'_>> = before.filter(|of| of.repeat != run.repeat).collect();
+            let before: Vec<&CheckedRun<'_>> =
+                before.filter(|of| of.repeat != run.repeat).collect();
             let mut findings = Vec::new();
             let mut differences = Vec::new();
             for channel in self.channels.clone() {
@@ -145,7 +146,7 @@ impl<'a> RunScatter<'a> {
     /// From what size the next run of a cell is asked about; `None` before its first run.
     pub(super) fn asked_from(&self, cell: usize) -> Option<AskedFrom> {
         let runs = self.runs();
-        let runs: Vec<&Run<'_>> = runs
+        let runs: Vec<&CheckedRun<'_>> = runs
             .iter()
             .filter(|run| run.cell == cell && run.counts)
             .collect();
@@ -168,8 +169,8 @@ impl<'a> RunScatter<'a> {
     }
 
     /// All whole runs, in the order in which they were finished.
-    fn runs(&self) -> Vec<Run<'a>> {
-        let mut runs: Vec<(u32, Run<'a>)> = Vec::new();
+    fn runs(&self) -> Vec<CheckedRun<'a>> {
+        let mut runs: Vec<(u32, CheckedRun<'a>)> = Vec::new();
         let state = self.state;
         for kept in &state.readings {
             let (taken, counts) = (&kept.taken, kept.superseded.is_none());
@@ -185,7 +186,7 @@ impl<'a> RunScatter<'a> {
             if let Some((_, run)) = same {
                 run.readings.push(taken);
             } else {
-                let run = Run {
+                let run = CheckedRun {
                     cell: taken.cell,
                     repeat: taken.repeat,
                     counts,
@@ -216,7 +217,7 @@ impl<'a> RunScatter<'a> {
     }
 
     /// What a gauge yields over some runs, m/N.
-    fn slope(&self, runs: &[&Run<'_>], channel: Channel) -> Option<f64> {
+    fn slope(&self, runs: &[&CheckedRun<'_>], channel: Channel) -> Option<f64> {
         let readings = runs.iter().flat_map(|run| &run.readings);
         let points = readings
             .filter_map(|one| Some((self.force_from_zero(one), one.displacement_of(channel)?)));
@@ -225,7 +226,12 @@ impl<'a> RunScatter<'a> {
             .map(|line| line.slope)
     }
 
-    fn compare(&self, run: &Run<'_>, before: &[&Run<'_>], channel: Channel) -> Option<Comparison> {
+    fn compare(
+        &self,
+        run: &CheckedRun<'_>,
+        before: &[&CheckedRun<'_>],
+        channel: Channel,
+    ) -> Option<RunComparison> {
         let slope = self.slope(before, channel)?;
         let slopes = self
             .channels
@@ -280,7 +286,7 @@ impl<'a> RunScatter<'a> {
             let variance = more * reading_variance / free;
             (of.0, left(of) / free, variance.sqrt())
         });
-        Some(Comparison {
+        Some(RunComparison {
             line: [
                 (line.slope, slope_variance.sqrt()),
                 (line.at(0.0), offset_variance.sqrt()),
@@ -306,7 +312,7 @@ impl<'a> RunScatter<'a> {
             (of.channel, of.kind) == (channel, kind) && !same
         });
         let sum =
-            |sums: (f64, f64), of: &Difference| (sums.0 + of.size.powi(2), sums.1 + of.freedom);
+            |sums: (f64, f64), of: &RunDifference| (sums.0 + of.size.powi(2), sums.1 + of.freedom);
         let prior = (PRIOR_FREEDOM, PRIOR_FREEDOM);
         let sums = if kind == LOADS {
             // Soft cells scatter in other proportions than stiff ones: where another cell scatters less, that is no reason to expect it here.
@@ -332,11 +338,11 @@ impl<'a> RunScatter<'a> {
 
     fn findings(
         &self,
-        run: &Run<'_>,
+        run: &CheckedRun<'_>,
         channel: Channel,
-        comparison: &Comparison,
+        comparison: &RunComparison,
         alike: &mut Vec<String>,
-    ) -> Vec<Finding> {
+    ) -> Vec<RunFinding> {
         let along = channel
             .axis()
             .map_or_else(String::new, |axis| format!(" along {axis}"));
@@ -372,7 +378,7 @@ impl<'a> RunScatter<'a> {
                 ));
                 continue;
             }
-            found.push(Finding {
+            found.push(RunFinding {
                 times: size.abs() / limit,
                 number: None,
                 text: format!("{place} {differs}."),
@@ -387,7 +393,7 @@ impl<'a> RunScatter<'a> {
             let scale = ((known * scale.powi(2) + others) / freedom).sqrt();
             let limit = self.limit(freedom, comparison.loads.len()) * scale;
             if prior_m.is_normal() && size > limit {
-                found.push(Finding {
+                found.push(RunFinding {
                     times: size / limit,
                     // Of three loads any one may be the wrong one.
                     number: Some(*number).filter(|_| comparison.freedom > 1.0),
@@ -405,7 +411,7 @@ impl<'a> RunScatter<'a> {
     /// Whether the same run of the other cells differed alike: joints and clamps that set in.
     fn is_of_all_cells(
         &self,
-        run: &Run<'_>,
+        run: &CheckedRun<'_>,
         channel: Channel,
         kind: usize,
         (size, limit): (f64, f64),
@@ -433,7 +439,7 @@ impl AskedFrom {
 }
 
 /// All that stands out in a run is one question.
-fn contradiction(run: &Run<'_>, findings: Vec<Finding>) -> Option<Contradiction> {
+fn contradiction(run: &CheckedRun<'_>, findings: Vec<RunFinding>) -> Option<Contradiction> {
     let whole = findings.iter().any(|of| of.number.is_none());
     let single = findings.iter().filter_map(|of| of.number);
     let numbers = if whole {
@@ -453,8 +459,12 @@ pub(super) fn is_unflagged(kept: &KeptReading) -> bool {
     kept.taken.flag.is_empty() && kept.flags.is_empty()
 }
 
-fn differences_of(run: &Run<'_>, channel: Channel, comparison: &Comparison) -> [Difference; KINDS] {
-    let of = |kind: usize, size: f64, freedom: f64| Difference {
+fn differences_of(
+    run: &CheckedRun<'_>,
+    channel: Channel,
+    comparison: &RunComparison,
+) -> [RunDifference; KINDS] {
+    let of = |kind: usize, size: f64, freedom: f64| RunDifference {
         cell: run.cell,
         repeat: run.repeat,
         channel,
