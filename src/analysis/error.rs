@@ -143,6 +143,22 @@ pub enum AnalysisError {
         /// The file.
         robot: String,
     },
+    /// A model of another mechanism than the session's.
+    #[error(
+        "{model} is of mechanism {of_model}, and the session was measured in mechanism {of_session}"
+    )]
+    #[diagnostic(
+        code(stiffbench::robot::other_mechanism),
+        help("name the mechanism that is meant with --mechanism")
+    )]
+    OtherMechanism {
+        /// The file of the model.
+        model: String,
+        /// Its mechanism.
+        of_model: String,
+        /// That of the session.
+        of_session: String,
+    },
     /// A session or model that names a robot which is not there.
     #[error(
         "{file} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"

@@ -217,6 +217,16 @@ pub(super) fn resolve_beside(
         add_missing_poses(&mut robot, &procedure.joint_values);
     }
     let mechanism = choice.mechanism.as_ref();
+    if let (None, Some(named), Some(of_session)) = (mechanism, &named, &header.mechanism)
+        && let Some(of_model) = named.model.mechanism.as_ref()
+        && of_model != of_session
+    {
+        return Err(AnalysisError::OtherMechanism {
+            model: named.path.display().to_string(),
+            of_model: of_model.clone(),
+            of_session: of_session.clone(),
+        });
+    }
     let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
     let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
     let mechanism = robot.mechanism(mechanism)?;

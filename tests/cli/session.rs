@@ -38,10 +38,20 @@ fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
         (&data["outcome"], &data["accepted"]),
         (&"complete".into(), &4.into())
     );
-    // A line that was being written is no loss.
+    // A line that was being written is no loss, unless the log names its event; nor does a journal without an end pass as complete.
     let text = desk.read("t/journal.jsonl");
     desk.write("t/journal.jsonl", &text[..text.len() - 7]);
+    let verified = desk.run("session verify t");
+    assert!(
+        verified
+            .exits_with(30)
+            .stdout
+            .contains("the journal was cut behind event")
+    );
+    std::fs::remove_file(desk.path("t/session.log")).unwrap();
     assert_eq!(desk.data("session verify t")["whole"], true);
+    let verified = desk.run("session verify t");
+    assert!(verified.succeeds().stdout.contains("no end of the session"));
 }
 
 /// A table in which the value of a column was replaced in the row of a reading (from 1).

@@ -22,6 +22,8 @@ fn the_last_reading_of_a_session_that_stopped_is_taken_back_and_taken_again() {
     let end = second + journal[second..].find('\n').unwrap() + 1;
     let stopped = &journal[..end];
     desk.write("s/journal.jsonl", stopped);
+    // The log would show what followed.
+    std::fs::remove_file(desk.path("s/session.log")).unwrap();
     // Another process has it.
     let lock = std::fs::File::open(desk.path("s/journal.jsonl")).unwrap();
     lock.lock().unwrap();

@@ -104,7 +104,7 @@ const HUMIDITY: AnswerForm = AnswerForm::Number {
 };
 
 /// Every question a session can ask.
-pub const QUESTIONS: [Question; 28] = [
+pub const QUESTIONS: [Question; 29] = [
     Question {
         id: "ready",
         form: AnswerForm::Yes,
@@ -224,6 +224,11 @@ pub const QUESTIONS: [Question; 28] = [
         id: "bad-reading",
         form: AnswerForm::Words(&["redo", "keep"]),
         answer: "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
+    },
+    Question {
+        id: "redo-cause",
+        form: AnswerForm::Text,
+        answer: "a text: why a run differed that is taken again, or nothing",
     },
     Question {
         id: "limit",

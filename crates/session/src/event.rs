@@ -196,7 +196,10 @@ pub struct Zeroed {
     pub displacement_offset_m: f64,
     /// Whether the gauges set their own zero; else the offsets do all of it.
     pub by_gauge: [bool; 2],
-    /// Displacement from the zero at a check, m along the axis.
+    /// Force under which the displacement zero was set, N along the axis; absent in journals of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preload_n: Option<f64>,
+    /// Displacement from the zero at a check, less what the force then yields more than at the zero, m along the axis.
     pub drift_m: Option<f64>,
     /// Force of the unloaded gauge at a check, N along the axis; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]

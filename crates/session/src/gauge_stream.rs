@@ -32,9 +32,9 @@ const TYPICAL: f64 = 6.0;
 /// And further than this many steps of the last digit: a gauge without noise flickers by one.
 const TYPICAL_DIGITS: f64 = 3.0;
 
-/// Share of values that differ from the one before from which noise is at least half a digit: below it the share depends on where between two
-/// digits the value lies.
-const CLEAR_FLICKER: f64 = 0.5;
+/// Steps of the last digit over which a display flickers in every rest, from which noise is at least half a digit: below it the share of values
+/// that differ depends on where between two digits the value lies.
+const CLEAR_FLICKER_DIGITS: f64 = 1.5;
 
 /// Values of a rest from which its flicker is learnt, and rests before that is believed: fewer where noise is clear.
 const LEAST_OF_A_REST: usize = 5;
@@ -68,6 +68,8 @@ pub(super) struct GaugeStream {
     changes: VecDeque<f64>,
     /// The smallest share of values at rest whose text differed from the one before, and how many rests that is from.
     flicker: (f64, u32),
+    /// The smallest range of a rest, steps of the last digit.
+    flicker_digits: f64,
     /// Why nothing of this gauge may be used.
     pub(super) blocked: Option<String>,
     /// Why something of it was last refused, and when, s.
@@ -96,6 +98,7 @@ impl GaugeStream {
             digits: LastDigits::default(),
             changes: VecDeque::new(),
             flicker: (1.0, 0),
+            flicker_digits: f64::INFINITY,
             blocked: None,
             refused: None,
             rejects: false,
@@ -289,6 +292,9 @@ impl GaugeStream {
             // That all of a few values differ does not mean that all of many will (rule of succession).
             let share = (changes / values).min((changes + 1.0) / (values + 2.0));
             self.flicker = (least.min(share), rests + 1);
+            let digit = self.last.as_ref().map_or(0.0, |last| last.resolution_si);
+            let digits = self.range(from_s, f64::INFINITY) / digit;
+            self.flicker_digits = self.flicker_digits.min(digits);
         }
     }
 
@@ -297,7 +303,7 @@ impl GaugeStream {
     pub(super) fn chance_of_stillness(&self, from_s: f64) -> f64 {
         let (values, changes) = self.changed(from_s);
         let (least, rests) = self.flicker;
-        let is_clear = least >= CLEAR_FLICKER;
+        let is_clear = self.flicker_digits > CLEAR_FLICKER_DIGITS;
         let needed = if is_clear { CLEAR_RESTS } else { LEAST_RESTS };
         if rests < needed || (changes > 0 && !is_clear) {
             return 1.0;

@@ -19,6 +19,7 @@ mod plan;
 mod raw_bytes;
 mod replay;
 mod run;
+mod run_scatter;
 mod state;
 mod steps;
 mod surroundings;

@@ -1,4 +1,5 @@
-//! The lock of a session: which process has it. It is on the journal, the file that is written; `session.lock` only states whose it is.
+//! The lock of a session: which process has it. It is on the journal, the file that is written, and where the system can on the folder, so that a
+//! journal that another program puts in the place of the first is locked too; `session.lock` only states whose it is.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
@@ -28,13 +29,31 @@ pub enum FolderHolder {
 /// Who has a session folder; nothing in it is changed.
 #[must_use]
 pub fn folder_holder(folder: &Path) -> FolderHolder {
-    match opened(folder, OpenOptions::new().read(true), File::try_lock_shared) {
+    let free = lock_folder(folder, File::try_lock_shared);
+    match free
+        .and_then(|_free| opened(folder, OpenOptions::new().read(true), File::try_lock_shared))
+    {
         Ok(_) => FolderHolder::Nobody,
         Err(TryLockError::WouldBlock) => FolderHolder::Process(holder_text(folder)),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::NotFound => {
             FolderHolder::Nobody
         }
         Err(TryLockError::Error(_)) => FolderHolder::Unknown,
+    }
+}
+
+/// Locks the folder itself; `None` where the system cannot.
+fn lock_folder(
+    folder: &Path,
+    lock: fn(&File) -> Result<(), TryLockError>,
+) -> Result<Option<File>, TryLockError> {
+    let Some(file) = File::open(folder).ok().filter(|_| cfg!(unix)) else {
+        return Ok(None);
+    };
+    match lock(&file) {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Err(TryLockError::WouldBlock),
+        Err(TryLockError::Error(_)) => Ok(None),
     }
 }
 
@@ -85,6 +104,8 @@ pub struct JournalFile {
     file: File,
     /// All that it holds.
     whole: Vec<u8>,
+    /// The folder, locked.
+    _locked: Option<File>,
 }
 
 impl JournalFile {
@@ -146,8 +167,10 @@ pub(super) fn open_alone(
     now: Timestamp,
 ) -> Result<JournalFile, FolderError> {
     let journal = folder.join(JOURNAL);
-    let file = match opened(folder, options, File::try_lock) {
-        Ok(file) => alone(file).map_err(system(&journal))?,
+    let locked = lock_folder(folder, File::try_lock);
+    let both = locked.and_then(|locked| Ok((locked, opened(folder, options, File::try_lock)?)));
+    let (locked, file) = match both {
+        Ok((locked, file)) => (locked, alone(file).map_err(system(&journal))?),
         Err(TryLockError::WouldBlock) => {
             return Err(FolderError::InUse {
                 path: folder.to_owned(),
@@ -167,6 +190,7 @@ pub(super) fn open_alone(
         folder: folder.to_owned(),
         file,
         whole: read_inside(folder, JOURNAL).map_err(system(&journal))?,
+        _locked: locked,
     })
 }
 

@@ -245,6 +245,6 @@ impl SessionPlan {
     }
 }
 
-fn is_done(state: &SessionState, at: (usize, usize)) -> bool {
+pub(super) fn is_done(state: &SessionState, at: (usize, usize)) -> bool {
     state.taken.contains_key(&at) || state.skipped.contains_key(&at)
 }

@@ -30,7 +30,7 @@ const EVENTS_AT_ONCE: usize = 200;
 const GAP_S: f64 = 5.0;
 
 /// Difference of UTC and session time that counts as a jump, s.
-const JUMP_S: f64 = 2.0;
+pub(super) const JUMP_S: f64 = 2.0;
 
 /// Prompts answered from a file in a row without anything happening: the answers go round in a circle.
 const MOST_ANSWERS_IN_A_ROW: u32 = 50;

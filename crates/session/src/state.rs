@@ -12,9 +12,11 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::decision::{Flagged, Skipped, Undone, UndoneAction};
 use super::event::{
-    Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
+    ClockJump, Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion,
+    Zeroed,
 };
 use super::journal::Record;
+use super::run::JUMP_S;
 use super::surroundings::Surroundings;
 
 /// The flag of readings whose zero has not been checked since.
@@ -75,6 +77,8 @@ pub struct SessionState {
     pub zero: Option<CurrentZero>,
     /// How many zeros each scope of each cell has had.
     pub zeros: BTreeMap<(usize, String), u32>,
+    /// The force under which each zero was set, N; where it is known.
+    pub zero_forces: BTreeMap<(usize, String), f64>,
     /// Last temperature entered, °C.
     pub temperature_deg_c: Option<f64>,
     /// The surroundings, as often as they were entered.
@@ -170,6 +174,10 @@ impl SessionState {
                 .zeros
                 .entry((zeroed.cell, zeroed.scope.clone()))
                 .or_default() += 1;
+            if let Some(preload_n) = zeroed.preload_n {
+                let zero = (zeroed.cell, zeroed.label.clone());
+                self.zero_forces.insert(zero, preload_n);
+            }
             self.zero = Some(CurrentZero {
                 set: zeroed.clone(),
                 at_s,
@@ -278,6 +286,13 @@ impl SessionState {
         if self.taken.get(&at) == Some(&place) {
             self.taken.remove(&at);
         }
+    }
+
+    /// The jump of a clock that is behind the last event of an interrupted session.
+    #[must_use]
+    pub fn clock_gone_back(&self, now: Timestamp) -> Option<Event> {
+        let seconds = now.duration_since(self.last_utc?).as_secs_f64();
+        (seconds < -JUMP_S).then_some(Event::ClockJump(ClockJump { seconds }))
     }
 
     /// How often a planned reading was taken so far.

@@ -48,7 +48,7 @@ fn the_run_of_a_contradicted_reading_is_taken_once_more_and_the_first_one_stays(
     let [prompt] = &asked[..] else {
         panic!("{asked:?}");
     };
-    assert!(prompt.text.contains("is far off"), "{}", prompt.text);
+    assert!(prompt.text.contains("Repeat 2 of P1 x"), "{}", prompt.text);
     assert_eq!(prompt.default, Some(Answer::Text("keep".to_owned())));
     let (old, new) = (of_run(&state, true), of_run(&state, false));
     let steps =
@@ -72,7 +72,7 @@ fn a_contradicted_reading_that_is_kept_bears_a_flag_and_is_asked_about_once() {
     assert_eq!(of_run(&state, true), Vec::<&KeptReading>::new());
     for kept in &state.readings {
         let flagged = kept.flag().contains("its repeats contradict it");
-        assert_eq!(flagged, kept.taken.number == in_the_second_repeat());
+        assert_eq!(flagged, kept.taken.repeat == 2);
     }
 }
 

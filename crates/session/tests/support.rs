@@ -1,5 +1,7 @@
 //! A bench whose readings are functions of the test point, and an operator who does what the view says, in simulated time.
 
+use std::collections::{BTreeMap, VecDeque};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Write};
 
 use jiff::{SignedDuration, Timestamp};
@@ -8,7 +10,8 @@ use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
     Action, Answer, AnswerForm, Bell, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal,
     Machine, OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd,
-    SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, read_journal, table,
+    SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, ZeroOccasion,
+    read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -74,6 +77,8 @@ pub(crate) struct MockBench {
     /// Force along the axis, N.
     pub(crate) force_n: f64,
     aim_n: f64,
+    /// Whether a load of the plan is on, or on its way.
+    pub(crate) loaded: bool,
     direction: LoadDirection,
     /// How far a hand beside the force gauge moves the end, m.
     pushed_m: [f64; 3],
@@ -99,6 +104,50 @@ pub(crate) struct MockBench {
     pub(crate) by_display: bool,
     /// Decimals of a millimetre that the displacement gauge sends.
     pub(crate) decimals: usize,
+    /// Standard deviation of the noise of force and displacement gauges, N and m.
+    pub(crate) noise_si: [f64; 2],
+    /// By how much a preload differs from its target at most, N.
+    pub(crate) preload_off_n: f64,
+    /// What a run of a cell does otherwise.
+    pub(crate) runs: BTreeMap<(usize, u32), RunDeviation>,
+    /// The run that is measured, and its step.
+    pub(crate) at: ((usize, u32), u32),
+    /// Of the noise.
+    pub(crate) seed: u64,
+    /// What the displays of force and displacement gauges make of their values, in the sign as sent.
+    pub(crate) displays: [Option<Display>; 2],
+    /// Readings that were taken, and when the last was, s.
+    pub(crate) taken: (usize, f64),
+    /// The force at the last ticks, N, the newest last.
+    pub(crate) past_n: VecDeque<f64>,
+    /// Force that stays on where the gauge should hang free, N.
+    pub(crate) left_on_n: f64,
+}
+
+pub(crate) type Display = fn(&MockBench, f64) -> f64;
+
+/// How a run differs from the others of its cell.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct RunDeviation {
+    /// Relative.
+    pub(crate) slope: f64,
+    /// In all its loads, m.
+    pub(crate) offset_m: f64,
+    /// A step and how far it is off, m.
+    pub(crate) load: Option<(u32, f64)>,
+}
+
+/// A number from 0 to 1 that belongs to some others.
+pub(crate) fn uniform(key: impl Hash) -> f64 {
+    let mut hasher = DefaultHasher::new();
+    key.hash(&mut hasher);
+    (hasher.finish() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A number of the standard normal distribution that belongs to some others.
+pub(crate) fn normal(key: impl Hash + Copy) -> f64 {
+    let size = (-2.0 * (1.0 - uniform((key, 1))).ln()).sqrt();
+    size * (std::f64::consts::TAU * uniform((key, 2))).cos()
 }
 
 /// Something wrong with a gauge.
@@ -118,6 +167,7 @@ impl Default for MockBench {
             now_s: 0.0,
             force_n: 0.0,
             aim_n: 0.0,
+            loaded: false,
             direction: LoadDirection::Axis(Direction::X),
             pushed_m: [0.0; 3],
             zero_si: [0.0; Channel::COUNT],
@@ -132,6 +182,15 @@ impl Default for MockBench {
             step_m: 1e-6,
             by_display: false,
             decimals: 3,
+            noise_si: [0.0; 2],
+            preload_off_n: 0.0,
+            runs: BTreeMap::new(),
+            at: ((0, 1), 0),
+            seed: 0,
+            displays: [None; 2],
+            taken: (0, 0.0),
+            past_n: VecDeque::new(),
+            left_on_n: 0.0,
         }
     }
 }
@@ -148,7 +207,16 @@ impl MockBench {
             Channel::Displacement => {
                 let along = self.direction.unit_vector();
                 let compliance: f64 = (0..3).map(|i| along[i] * self.compliance()[i]).sum();
-                self.sensitivity * (compliance * self.force_n + self.drift_m)
+                let (run, step) = self.at;
+                let run = self.runs.get(&run).copied().unwrap_or_default();
+                let load = run.load.filter(|(at, _)| *at == step);
+                let off_m = if self.loaded {
+                    run.offset_m + load.map_or(0.0, |of| of.1)
+                } else {
+                    0.0
+                };
+                let moved_m = (1.0 + run.slope) * compliance * self.force_n;
+                self.sensitivity * (moved_m + self.drift_m + off_m)
             }
             Channel::DisplacementX | Channel::DisplacementY | Channel::DisplacementZ => {
                 let axis = channel.index() - Channel::DisplacementX.index();
@@ -191,6 +259,17 @@ impl MockBench {
             Task::Load { target_n, purpose } => {
                 let (target_n, purpose) = (*target_n, *purpose);
                 self.aim_n = target_n;
+                self.loaded = purpose == Purpose::Reading;
+                if let Some(place) = &view.place {
+                    self.at = ((place.cell, place.repeat), place.step);
+                }
+                if purpose == Purpose::Free {
+                    self.aim_n = self.left_on_n;
+                }
+                if purpose != Purpose::Reading && target_n != 0.0 {
+                    let key = (self.seed, self.at.0, purpose == Purpose::Preload);
+                    self.aim_n += self.preload_off_n * (2.0 * uniform(key) - 1.0);
+                }
                 if let (Purpose::Reading, Some(place)) = (purpose, &view.place)
                     && target_n != 0.0
                 {
@@ -213,6 +292,10 @@ impl MockBench {
         // A hand does not turn evenly.
         let most_n = JACK_N * (0.6 + 0.4 * (7.3 * self.now_s).sin());
         self.force_n += left_n.clamp(-most_n, most_n);
+        self.past_n.push_back(self.force_n);
+        if self.past_n.len() > 100 {
+            self.past_n.pop_front();
+        }
     }
 
     pub(crate) fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
@@ -226,7 +309,17 @@ impl MockBench {
         if frozen {
             value_si = 12e-6;
         }
+        let noise_si = self.noise_si[usize::from(channel != Channel::Force)];
+        if noise_si > 0.0 {
+            value_si += noise_si * normal((self.seed, channel.index(), self.now_s.to_bits()));
+        }
         value_si = self.held_si[channel.index()].unwrap_or(value_si);
+        if let Some(display) = self.displays[usize::from(channel != Channel::Force)] {
+            value_si = display(self, value_si);
+        }
+        if value_si.is_nan() {
+            return None;
+        }
         let (step, unit, factor) = match channel {
             Channel::Force => (0.1, "N", 1.0),
             _ => (self.step_m, "mm", 1e3),
@@ -298,6 +391,9 @@ pub(crate) struct Rig {
     channels: Vec<Channel>,
     /// The answer to which way the push by hand went.
     way: &'static str,
+    /// Force and displacement from the zero as they were at each reading, N and m, and where the end stood at the zero, m.
+    pub(crate) truth: Vec<[f64; 2]>,
+    zero_m: f64,
     /// Number of a reading, and by how much it is taken wrongly, m.
     pub(crate) spike: Option<(u32, f64)>,
 }
@@ -408,6 +504,8 @@ impl Rig {
         Self {
             channels: plan.channels(),
             spike: None,
+            truth: Vec::new(),
+            zero_m: 0.0,
             way: if plan.procedure.load_sense() < 0.0 {
                 "minus"
             } else {
@@ -462,6 +560,17 @@ impl Rig {
         if let (Event::PoseSet(set), true) = (&event, self.channels.len() > 2) {
             self.bench.direction.clone_from(&set.direction);
         }
+        let along = self.bench.direction.unit_vector();
+        let compliance: f64 = (0..3).map(|i| along[i] * self.bench.compliance()[i]).sum();
+        let end_m = compliance * self.bench.force_n;
+        match &event {
+            Event::Reading(taken) => {
+                self.truth.push([self.bench.force_n, end_m - self.zero_m]);
+                self.bench.taken = (taken.number as usize, self.bench.now_s);
+            }
+            Event::Zero(zeroed) if zeroed.moment == ZeroOccasion::Before => self.zero_m = end_m,
+            _ => {}
+        }
         let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
             self.failed = true;
             return false;
@@ -476,9 +585,8 @@ impl Rig {
             return answer.clone();
         }
         match prompt.id.as_str() {
-            "humidity" | "bench-note" | "temperature-end" | "humidity-end" | "bench-note-end" => {
-                Answer::Text(String::new())
-            }
+            "humidity" | "bench-note" | "temperature-end" | "humidity-end" | "bench-note-end"
+            | "redo-cause" => Answer::Text(String::new()),
             "temperature" => Answer::Number(20.0),
             "sign-check" => Answer::Text(self.way.to_owned()),
             "skip-reason" | "note" => Answer::Text("a reason".to_owned()),

@@ -313,8 +313,12 @@ fn drive(
         ..known
     };
     let planned = ready.plan.len();
+    // In fast-forward UTC runs ahead of the system's clock.
+    let behind = ready.state.clock_gone_back(clock.utc());
+    let behind = behind.filter(|_| clock.speed() <= 1.0);
     let mut machine = Machine::new(ready.plan, settings, ready.state);
-    for event in first_events(ready.first, &ready.instruments, operator.as_mut()) {
+    let first = first_events(ready.first, &ready.instruments, operator.as_mut());
+    for event in first.into_iter().chain(behind) {
         let record = ready.journal.append(event, clock.utc(), clock.now_s())?;
         machine.recorded(&record);
         log.line(

@@ -18,8 +18,8 @@ use crate::readings::{
 };
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{
-    JournalEnd, RawCheck, ReadFolder, ReadJournal, SessionState, check_raw_bytes, read_folder,
-    read_inside, recover,
+    FolderHolder, JournalEnd, RawCheck, ReadFolder, ReadJournal, SessionState, check_raw_bytes,
+    folder_holder, read_folder, read_inside, recover,
 };
 
 use super::prepare::{day_of_last_event, overdue, plan_of, run_out};
@@ -70,6 +70,15 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         exit = exit.max(PART);
         document.item("changed after the session: robot.toml");
     }
+    if let Some(last) = last_logged(folder).filter(|last| *last > state.events) {
+        exit = exit.max(PART);
+        document.item(format!(
+            "session.log names event {last}: the journal was cut behind event {}",
+            state.events
+        ));
+    } else if state.ended.is_none() && folder_holder(folder) == FolderHolder::Nobody {
+        document.item("no end of the session: it was interrupted, or the journal was cut");
+    }
     if !not_verified.is_empty() {
         let names = not_verified.join("; ");
         document.item(format!(
@@ -100,6 +109,17 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
             .with_overdue(run_out(&header.instruments, day_of_last_event(&read)));
     }
     Ok(outcome)
+}
+
+/// The last event that `session.log` names; it is written after the journal.
+fn last_logged(folder: &Path) -> Option<u64> {
+    let log = read_inside(folder, "session.log").ok()?;
+    let log = String::from_utf8_lossy(&log);
+    let named = log.lines().filter_map(|line| {
+        let (_, text) = line.split_once("\"message\":\"event ")?;
+        text.split(':').next()?.parse().ok()
+    });
+    named.max()
 }
 
 /// The readings beside the bytes of the gauges: for JSON, in words, and the exit code for it.

@@ -36,6 +36,8 @@ pub(super) enum Why {
     RedoCell(usize),
     /// Readings of a run that their repeats contradict.
     Contradicted(Vec<u32>),
+    /// Why they are taken again.
+    RedoCause(Vec<u32>),
 }
 
 impl Why {
@@ -59,7 +61,8 @@ impl Why {
             | Self::SkipReason(_)
             | Self::NoteText
             | Self::RedoCell(_)
-            | Self::Contradicted(_) => false,
+            | Self::Contradicted(_)
+            | Self::RedoCause(_) => false,
         }
     }
 }
@@ -199,6 +202,7 @@ impl Machine {
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),
             Why::RedoCell(_) => {}
             Why::Contradicted(numbers) => self.contradiction_answered(numbers, word, out),
+            Why::RedoCause(numbers) => self.redo_run(&numbers, word, out),
         }
     }
 
@@ -230,6 +234,12 @@ impl Machine {
     ) {
         if matches!(rule, "force-steps" | "displacement-steps") {
             self.coarse_answered(channel, word == "accept", out);
+        }
+        if rule == "displacement-sign" && matches!(word, "accept" | "skip") {
+            // Readings without load do not show it.
+            let since_s = self.state.zero.as_ref().map_or(0.0, |zero| zero.at_s);
+            let flag = format!("the {channel} went against the force on this zero");
+            self.flag_since(channel, since_s, flag, out);
         }
         if let Some((channel, since_s)) = self.stood_still.take().filter(|_| word != "accept") {
             let flag = format!("the {channel} gauge stood still");

@@ -159,7 +159,8 @@ impl Machine {
             None => format!("{rule}: accepted by the operator"),
             Some(axis) => format!("{rule} along {axis}: accepted by the operator"),
         });
-        let standing = Some(self.standing_flag.clone()).filter(|flag| !flag.is_empty());
+        let standing = [self.standing_flag.clone(), zero.flag.clone()];
+        let standing = standing.into_iter().filter(|flag| !flag.is_empty());
         let limits = &self.plan.procedure.limits;
         let others_m = gauges.iter().flatten().map(|gauge| gauge.displacement_m);
         let (verdict, exceeded) = limits.verdict(force_n, others_m.chain([displacement_m]));

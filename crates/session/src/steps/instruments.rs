@@ -3,12 +3,21 @@
 use crate::event::{Event, InstrumentSeen, LinkChange, SessionEnd};
 use crate::link_text::link_text;
 use crate::operator::Bell;
-use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState};
+use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState, Rejected};
 
 use super::{Action, Job, Machine};
 
 /// Time between two questions for the unit and mode of a gauge whose values are refused, s.
 const STATE_AGAIN_S: f64 = 2.0;
+
+/// What a session warns of from then on.
+const LOW_BATTERY: &str = "change its battery";
+
+/// A line that warns of a low battery stands between values, which go on; it holds no number that could be one.
+fn warns_of_battery(rejected: &Rejected) -> bool {
+    let line = rejected.raw.to_ascii_uppercase();
+    line.contains("BAT") && !line.bytes().any(|byte| byte.is_ascii_digit())
+}
 
 impl Machine {
     pub(super) fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
@@ -49,6 +58,23 @@ impl Machine {
             }
             GaugeEvent::Rejected { channel, rejected } => {
                 let text = format!("{} [{}]", rejected.reason, rejected.raw);
+                if warns_of_battery(&rejected) {
+                    if self
+                        .settings
+                        .warnings
+                        .iter()
+                        .all(|known| !known.contains(LOW_BATTERY))
+                    {
+                        let text = format!(
+                            "the {channel} gauge sends \"{}\": {LOW_BATTERY}",
+                            rejected.raw
+                        );
+                        self.settings.warnings.push(text.clone());
+                        self.message(text.clone(), true, out);
+                        self.note(&text, out);
+                    }
+                    return;
+                }
                 if !self.stream(channel).is_reported(&text, self.now_s) {
                     self.message(format!("{channel} gauge: {text}"), true, out);
                 }

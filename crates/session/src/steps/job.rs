@@ -54,6 +54,8 @@ pub(super) struct ZeroDraft {
     /// What each gauge shows at its zero, N or m as sent.
     pub(super) offsets_si: [f64; Channel::COUNT],
     pub(super) by_gauge: [bool; Channel::COUNT],
+    /// The force that was still on when the force gauge was zeroed, N.
+    pub(super) left_on_n: Option<f64>,
     /// Since when samples count; `None` until the gauge has answered.
     pub(super) since_s: Option<f64>,
 }

@@ -123,7 +123,7 @@ impl Machine {
         on.is_some_and(|on| (on.cell, on.repeat, on.step) == (cell, wanted.repeat, wanted.step))
     }
 
-    fn tolerance_n(&self, purpose: Purpose) -> f64 {
+    pub(super) fn tolerance_n(&self, purpose: Purpose) -> f64 {
         let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
         match purpose {
             // The zero of the gauge is not known yet.

@@ -402,7 +402,7 @@ impl Machine {
             Job::ZeroMoved => self.ask_again_about_zero(out),
             Job::Surroundings(of) => self.ask_surroundings(of, out),
             Job::SetUp(cell) => self.ask_set_up(cell, out),
-            Job::CheckRepeats(cell) => out.push(Action::CheckRepeats(cell)),
+            Job::CheckRepeats(cell) => self.check_repeats(cell, out),
             Job::SignCheck(cell) => self.begin_sign_check(cell, out),
             Job::Load { target_n, purpose } => self.begin_load(target_n, purpose, out),
             Job::Zero { channel, .. } => self.begin_zero(channel, out),

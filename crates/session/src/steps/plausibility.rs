@@ -3,6 +3,7 @@
 use crate::digits::FewDigits;
 use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
+use crate::run_scatter::is_unflagged;
 use stiffbench_gauges::Channel;
 use stiffbench_numeric::statistics::{LeastSquaresLine, student_t_quantile};
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -102,23 +103,32 @@ impl Machine {
     /// About how far the end of a cell gives way where a gauge stands, from its readings or the push by hand, m/N; and how well that is
     /// known.
     pub(super) fn compliance_m_per_n(&self, cell: usize, channel: Channel) -> Option<(f64, f64)> {
-        let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
-        let preload_n = self.plan.procedure.preload_n;
-        let kept = self.state.accepted().rev();
-        let mut loaded = kept
-            .filter(|kept| kept.taken.cell == cell)
-            .filter(|kept| kept.taken.flag.is_empty() && kept.flags.is_empty())
-            .filter_map(|kept| {
-                let moved_m = kept.taken.displacement_of(channel)?;
-                Some((kept.taken.force_n - preload_n, moved_m))
-            })
-            .filter(|(force_n, _)| force_n.abs() > STILL_TOLERANCES * tolerance_n);
-        let measured = loaded
-            .next()
-            .map(|(force_n, moved_m)| ((moved_m / force_n).abs(), PROPORTION));
+        let measured = self.slope_m_per_n(cell, channel);
+        let measured = measured.map(|slope| (slope.abs(), PROPORTION));
         let leads = self.plan.leading(cell) == channel;
         let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell && leads);
         measured.or(pushed.map(|(_, compliance)| (compliance, PROPORTION_OF_PUSH)))
+    }
+
+    /// The same from the last good reading under load, with its sign.
+    pub(super) fn slope_m_per_n(&self, cell: usize, channel: Channel) -> Option<f64> {
+        let zero = self.state.zero.as_ref();
+        let preload_n = zero.and_then(|zero| zero.set.preload_n);
+        let preload_n = preload_n.unwrap_or(self.plan.procedure.preload_n);
+        let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
+        let good = self
+            .state
+            .accepted()
+            .rev()
+            .filter(|kept| is_unflagged(kept));
+        let mut slopes = good.filter_map(|kept| {
+            let loaded_n = kept.taken.force_n - preload_n;
+            let is_here =
+                kept.taken.cell == cell && loaded_n.abs() > STILL_TOLERANCES * tolerance_n;
+            let moved_m = kept.taken.displacement_of(channel).filter(|_| is_here)?;
+            Some(moved_m / loaded_n)
+        });
+        slopes.next()
     }
 
     /// The same of the gauge that moves most.
@@ -340,7 +350,12 @@ impl Machine {
     ) -> Option<f64> {
         let near_n = STILL_TOLERANCES * self.plan.procedure.settle.force_tolerance_n;
         let good = || {
-            let all = self.state.accepted().rev().map(|kept| &kept.taken);
+            let all = self
+                .state
+                .accepted()
+                .rev()
+                .filter(|kept| is_unflagged(kept));
+            let all = all.map(|kept| &kept.taken);
             all.filter(|other| other.cell == taken.cell && other.repeat < taken.repeat)
         };
         let there = good().find(|other| {
@@ -363,7 +378,9 @@ impl Machine {
         let settle = &self.plan.procedure.settle;
         let spread_m = settle.spread_m;
         let accepted = || {
-            let all = self.state.accepted().map(|kept| &kept.taken);
+            // What was accepted against a question is no measure for others.
+            let all = self.state.accepted().filter(|kept| is_unflagged(kept));
+            let all = all.map(|kept| &kept.taken);
             all.filter(|other| other.cell == taken.cell)
         };
         let alike = |one: &TakenReading, other: &TakenReading| {

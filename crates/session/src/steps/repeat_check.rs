@@ -1,9 +1,10 @@
-//! A cell that is complete: its readings against their repeats, and what the operator decides about one that they contradict.
+//! A run or cell that is complete: its readings against their repeats, and what the operator decides about one that they contradict.
 
 use crate::contradiction::Contradiction;
 use crate::decision::Flagged;
 use crate::event::Event;
-use crate::operator::{Answer, Prompt};
+use crate::operator::{Answer, Prompt, PromptKind};
+use crate::run_scatter::{RunScatter, TAKEN_AGAIN, is_unflagged};
 
 use super::answers::Why;
 use super::{Action, Job, Machine};
@@ -11,17 +12,41 @@ use super::{Action, Job, Machine};
 /// The flag of readings that were kept against their repeats.
 const KEPT: &str = "its repeats contradict it";
 
-/// Tries of a reading after which none is offered: what repeats itself is no slip.
-const MOST_TRIES: u32 = 4;
-
 impl Machine {
-    /// The cell whose readings are all there and have not been compared with their repeats.
+    /// The cell whose last run is complete and has not been compared with its repeats.
     pub(super) fn unchecked_cell(&self) -> Option<usize> {
         let cell = self.mounted.filter(|_| self.settings.checks_repeats)?;
+        let last = self.state.accepted().rev();
+        let last = last
+            .map(|kept| &kept.taken)
+            .find(|taken| taken.cell == cell)?;
+        let scatter = RunScatter::new(&self.state, &self.plan);
+        let is_known = self.repeats_checked == Some((cell, self.state.readings.len()));
+        (!is_known && !scatter.is_open(cell, last.repeat)).then_some(cell)
+    }
+
+    /// Compares the runs of a cell with those before them, and a cell that is complete as a diagnosis would.
+    pub(super) fn check_repeats(&mut self, cell: usize, out: &mut Vec<Action>) {
+        let mut scatter = RunScatter::new(&self.state, &self.plan);
+        let (found, alike) = scatter.contradictions(cell);
         let open = self.plan.next_open(&self.state, cell);
         let is_open = open.is_some_and(|(of, _)| of == cell);
-        let is_known = self.repeats_checked == Some((cell, self.state.readings.len()));
-        (!is_open && !is_known).then_some(cell)
+        let from = scatter.asked_from(cell).filter(|_| is_open);
+        if !is_open && !found.iter().any(|one| self.is_new(one)) {
+            out.push(Action::CheckRepeats(cell));
+        } else {
+            self.repeats_checked(found, out);
+        }
+        let from = from.filter(|_| self.pending.is_none());
+        for text in alike.into_iter().chain(from.map(|from| from.text())) {
+            self.notify(text, out);
+        }
+    }
+
+    /// Whether some of its readings have no flag yet.
+    fn is_new(&self, one: &Contradiction) -> bool {
+        let mut kept = self.state.accepted();
+        kept.any(|kept| one.numbers.contains(&kept.taken.number) && is_unflagged(kept))
     }
 
     /// The answer of the check.
@@ -29,23 +54,12 @@ impl Machine {
         let Some(Job::CheckRepeats(cell)) = self.job else {
             return;
         };
-        let is_new = |one: &Contradiction| {
-            self.state.accepted().any(|kept| {
-                one.numbers.contains(&kept.taken.number)
-                    && !kept.flags.iter().any(|flag| flag == KEPT)
-            })
-        };
-        let Some(worst) = found.into_iter().find(is_new) else {
+        let Some(worst) = found.into_iter().find(|one| self.is_new(one)) else {
             self.repeats_checked = Some((cell, self.state.readings.len()));
             self.done();
             return;
         };
-        let tries = worst.numbers.iter().filter_map(|number| {
-            let mut all = self.state.readings.iter();
-            let kept = all.find(|kept| kept.taken.number == *number)?;
-            Some(self.state.attempts(kept.taken.cell, kept.taken.index))
-        });
-        if tries.max().unwrap_or(0) >= MOST_TRIES {
+        if self.was_taken_again(&worst.numbers) {
             self.message(format!("{} It is flagged.", worst.text), true, out);
             self.keep_contradicted(worst.numbers, false, out);
             return;
@@ -76,7 +90,10 @@ impl Machine {
         out: &mut Vec<Action>,
     ) {
         if word == "redo" {
-            self.redo_run(&numbers, out);
+            let text = "What was the cause? Leave it blank if none was found: then the run stays in the scatter.";
+            let mut prompt = Prompt::new("redo-cause", text, PromptKind::Text);
+            prompt.default = Some(Answer::Text(String::new()));
+            self.ask(prompt, Why::RedoCause(numbers), out);
         } else {
             self.keep_contradicted(numbers, true, out);
         }
@@ -92,21 +109,35 @@ impl Machine {
         self.done();
     }
 
+    fn run_of(&self, numbers: &[u32]) -> Option<(usize, u32)> {
+        let mut accepted = self.state.accepted().map(|kept| &kept.taken);
+        let taken = accepted.find(|taken| numbers.contains(&taken.number))?;
+        Some((taken.cell, taken.repeat))
+    }
+
+    /// Whether the run was taken again already because it differed: what repeats itself is no slip.
+    fn was_taken_again(&self, numbers: &[u32]) -> bool {
+        let run = self.run_of(numbers);
+        self.state.readings.iter().any(|kept| {
+            let reason = kept.superseded.as_deref().unwrap_or_default();
+            run == Some((kept.taken.cell, kept.taken.repeat)) && reason.starts_with(TAKEN_AGAIN)
+        })
+    }
+
     /// Every reading of the run that these belong to is taken once more.
-    fn redo_run(&mut self, numbers: &[u32], out: &mut Vec<Action>) {
-        let of_run = self
-            .state
-            .accepted()
-            .find(|kept| numbers.contains(&kept.taken.number))
-            .map(|kept| (kept.taken.cell, kept.taken.repeat));
-        let Some((cell, repeat)) = of_run else {
+    pub(super) fn redo_run(&mut self, numbers: &[u32], cause: &str, out: &mut Vec<Action>) {
+        let Some((cell, repeat)) = self.run_of(numbers) else {
             self.done();
             return;
         };
         let accepted = self.state.accepted();
         let run = accepted.filter(|kept| (kept.taken.cell, kept.taken.repeat) == (cell, repeat));
         let run: Vec<u32> = run.map(|kept| kept.taken.number).collect();
-        self.supersede(run, "a reading of its run contradicted the repeats", out);
+        let reason = match cause.trim() {
+            "" => TAKEN_AGAIN.to_owned(),
+            cause => format!("{TAKEN_AGAIN}: {cause}"),
+        };
+        self.supersede(run, &reason, out);
         self.focus = cell;
         self.reroute();
     }

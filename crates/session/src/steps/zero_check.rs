@@ -20,13 +20,20 @@ const DRIFT_DIGITS: f64 = 3.0;
 const MOST_REDONE: u32 = 3;
 
 impl Machine {
-    /// What a displacement gauge shows under the preload is how far its zero has moved.
+    /// What a displacement gauge shows under the preload is how far its zero has moved, apart from what the force yields by which this preload
+    /// is another than that at the zero.
     pub(super) fn displacement_zeros_checked(&mut self) {
         let length_s = self.plan.procedure.settle.dwell_s;
+        let set = self.state.zero.as_ref().map(|zero| &zero.set);
+        let more_n = set.and_then(|set| Some(self.mean_force_n()? - set.preload_n?));
         let drift = |channel: Channel| {
             let stream = self.stream(channel);
             let window = stream.window(stream.window_from_s(length_s, self.now_s))?;
-            Some((channel, self.along(channel, window.mean)))
+            let slope = set.and_then(|set| self.slope_m_per_n(set.cell, channel));
+            let yielded_m = more_n
+                .zip(slope)
+                .map_or(0.0, |(more_n, slope)| more_n * slope);
+            Some((channel, self.along(channel, window.mean) - yielded_m))
         };
         let drifts: Option<Vec<(Channel, f64)>> = self.displacements().map(drift).collect();
         let Some(drifts) = drifts else {

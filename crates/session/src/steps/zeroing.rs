@@ -2,6 +2,7 @@
 
 use crate::event::{AxisZero, Event, ZeroOccasion, Zeroed};
 use crate::operator::Prompt;
+use crate::view::Purpose;
 use stiffbench_gauges::{Ask, Channel};
 
 use super::answers::Why;
@@ -22,13 +23,36 @@ impl Machine {
         let (_, offset_n) = self.state.axis(Channel::Force);
         let mut offsets_si = [0.0; Channel::COUNT];
         offsets_si[Channel::Force.index()] = offset_n;
+        let left_on = match channel {
+            Channel::Force => self.force_left_on(),
+            _ => None,
+        };
         let draft = self.draft.get_or_insert(ZeroDraft {
             offsets_si,
             by_gauge: [false; Channel::COUNT],
+            left_on_n: None,
             since_s: None,
         });
+        draft.left_on_n = left_on.or(draft.left_on_n);
         draft.since_s = None;
         out.push(Action::Ask(channel, Ask::Zero));
+    }
+
+    /// The force that is still on while the force gauge is said to hang free, N: it shows it, and the end stands where this force brings it.
+    fn force_left_on(&self) -> Option<f64> {
+        let set = &self.state.zero.as_ref()?.set;
+        let (cell, preload_n) = (
+            self.mounted.filter(|cell| *cell == set.cell)?,
+            set.preload_n?,
+        );
+        let leading = self.plan.leading(cell);
+        let slope = self.slope_m_per_n(cell, leading)?;
+        let force_n = self.mean_force_n()?;
+        let moved_m = self.value(leading)? + slope * preload_n;
+        let is_on = (moved_m - slope * force_n).abs() < 0.5 * (slope * force_n).abs();
+        let clear = force_n.abs() > self.tolerance_n(Purpose::Free)
+            && moved_m.abs() > self.drift_limit_m(leading);
+        (is_on && clear).then_some(force_n)
     }
 
     /// The gauge has set its zero, or cannot.
@@ -152,6 +176,7 @@ impl Machine {
         out: &mut Vec<Action>,
     ) {
         let scope = self.plan.zero_scope(&self.plan.cells[cell].readings[index]);
+        let preload_n = self.mean_force_n();
         let earlier = self.state.zeros.get(&(cell, scope.clone()));
         let label = match earlier {
             None | Some(0) => scope.clone(),
@@ -195,13 +220,24 @@ impl Machine {
             force_offset_n,
             displacement_offset_m,
             by_gauge: [force_by_gauge, displacement_by_gauge],
+            preload_n,
             drift_m: None,
             force_drift_n: None,
-            flag: String::new(),
+            flag: draft.left_on_n.map_or_else(String::new, |left_n| {
+                format!("{left_n:.1} N were still on when the force gauge was zeroed")
+            }),
             gauges: gauges.collect(),
         });
         self.record(event, out);
         self.notify(format!("zero {label} is set"), out);
+    }
+
+    /// Mean force over the last dwell, N along the axis.
+    pub(super) fn mean_force_n(&self) -> Option<f64> {
+        let stream = self.stream(Channel::Force);
+        let dwell_s = self.plan.procedure.settle.dwell_s;
+        let window = stream.window(stream.window_from_s(dwell_s, self.now_s))?;
+        Some(self.along(Channel::Force, window.mean))
     }
 
     /// Keeps what the gauges show now, to detect a frozen one later.

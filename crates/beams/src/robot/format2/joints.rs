@@ -23,6 +23,9 @@ struct JointPlace {
     exit_m: [f64; 3],
 }
 
+/// Structures are solved with dense matrices: more joints take minutes and gigabytes.
+const MOST_JOINTS: usize = 1000;
+
 impl RobotBuilder<'_> {
     /// Names all points, and places the base and the bodies of the joints.
     pub(super) fn place_joints(&mut self) -> Result<(), RobotError> {
@@ -61,6 +64,11 @@ impl RobotBuilder<'_> {
         }
         if waiting.is_empty() {
             let message = "a robot needs at least one joint in [joints]";
+            return Err(self.error(&[Key("joints")], RobotProblem::Shape(message)));
+        }
+        if waiting.len() > MOST_JOINTS {
+            let message =
+                "a robot has more than 1000 joints in [joints]: leave out those that do not move";
             return Err(self.error(&[Key("joints")], RobotProblem::Shape(message)));
         }
         while !waiting.is_empty() {
