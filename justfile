@@ -36,12 +36,9 @@ nightly-engine:
 nightly-exports: parquet
     cargo build --release --locked
     python3 -m venv target/nightly/exports
-    target/nightly/exports/bin/pip install --quiet pandas frictionless rocrate typst vtk==9.7.2 meshio==5.3.5
+    target/nightly/exports/bin/pip install --quiet pandas frictionless rocrate typst
     sh tests/export/check.sh target/release/stiffbench target/nightly/exports/bin
     PATH="{{justfile_directory()}}/target/nightly/exports/bin:$PATH" cargo test --release --locked --test stiffbench -- export::
-    rm -rf target/nightly/maps
-    target/release/stiffbench map --samples 2000 --out target/nightly/maps --quiet
-    target/nightly/exports/bin/python fixtures/vtu/check.py target/nightly/maps
 
 # Every fault in every phase of a session, and shards with GNU parallel and a Slurm cluster of one machine (needs parallel, slurm-wlm, munge)
 nightly-sessions:

@@ -39,9 +39,9 @@ const RUNS: &[(&[&str], &[&str])] = &[
     (&[], &[
         "simulate s --poses P1,P2 --procedure load-unload --seed 4", "stiffness s", "stiffness s --branches both --budget", "fit s",
         "fit s --fix beam.J --bootstrap 20 --save-factors f.toml", "diagnose s", "diagnose s --without slip --no-figures --out d", "compare s s",
-        "map --model s/diagnosis/model.toml --at-load 50 --samples 60", "report s --no-diagnosis --out r.html", "report verify r.html s",
+        "robot map --model s/diagnosis/model.toml --at-load 50 --samples 60", "report s --no-diagnosis --out r.html", "report verify r.html s",
         "report s --no-diagnosis --format markdown --out -", "report --print-template", "export s --out tables", "export s --format xlsx --out sheets",
-        "plot stiffness s --out k", "simulate t --seed 5 --poses P1,P2 --procedure load-unload --mechanism A --effect joint-backlash@A3:play=30urad,seat_moment=9N*m",
+        "simulate t --seed 5 --poses P1,P2 --procedure load-unload --mechanism A --effect joint-backlash@A3:play=30urad,seat_moment=9N*m",
         "diagnose t --no-figures",
     ]),
     // Three gauges.
@@ -57,7 +57,7 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // Positions of a tracker.
     (&["fixtures/cases/positions"], &[
         "simulate p --robot arm.toml --positions 30 --seed 4", "fit p", "diagnose p --no-figures", "robot check arm.toml",
-        "map --robot arm.toml --samples 60 --sag",
+        "robot map arm.toml --samples 60 --sag",
     ]),
     // A list of stiffnesses.
     (&["fixtures/cases/stiffness-list"], &[
@@ -74,23 +74,23 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // What is asked before anything is measured.
     (&[], &[
         "diagnose --design paper", "diagnose --design load-unload --mechanism A", "session plan --procedure load-hold-unload --poses P1,P2",
-        "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses 3", "significance --pose P1 --factors unit",
+        "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses 3", "robot significance --pose P1 --factors unit",
         "robot show", "robot show --mobility", "robot show --schema", "robot check serial-arm", "robot new n.toml --template serial",
-        "robot compliance --pose P1 --mechanism F", "robot compliance serial-arm", "robot workspace --samples 50", "plot robot --robot serial-arm --out arm",
-        "model export --format json --robot serial-arm --pose P4", "model export --format mjcf --pose P1 --out a.xml",
+        "robot compliance --pose P1 --mechanism F", "robot compliance serial-arm",
+        "robot export serial-arm --format json --pose P4", "robot export --format mjcf --pose P1 --out a.xml",
     ]),
     (&[], &[
-        "map --samples 60 --mechanisms A,F --directions x,y,z --difference A,F --out maps", "map --samples 60 --mechanisms F --load 0,-50,0 --limit 0.5 --sensitivity",
-        "map --samples 60 --mechanisms F --shard 1/1 --out shards", "map merge shards/1-of-1.map-shard",
-        "map --robot serial-arm --plane x,z --directions y,rx --matrix --samples 60 --out plane --cell median",
+        "robot map --samples 60 --mechanisms A,F --directions x,y,z --difference A,F --figures figures --out maps", "robot map --samples 60 --mechanisms F --load 0,-50,0 --limit 0.5 --sensitivity",
+        "robot map --samples 60 --mechanisms F --shard 1/1 --out shards", "robot map merge shards/1-of-1.map-shard",
+        "robot map serial-arm --plane x,z --directions y,rx --matrix --samples 60 --out plane --figures plane --cell median",
     ]),
     // Gauges and their bytes.
     (&["fixtures/goldens/inputs", "protocols/instruments"], &[
-        "instrument list", "instrument show mitutoyo-01a", "instrument show --schema", "instrument check sauter-fh.toml",
-        "instrument decode mark10-series5 --unit N < mark10.bytes", "instrument read mark10-series5 --port gauge --count 2", "ports",
-        "ports --probe --port gauge --instrument mark10-series5", "ports --port gauge --bind force --instrument mark10-series5",
-        "trace record mark10-series5 --port gauge --seconds 0.5 --out a.trace", "trace show a.trace", "trace decode a.trace", "trace replay a.trace --speed max",
-        "instrument emulate --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100",
+        "gauge list", "gauge show mitutoyo-01a", "gauge show --schema", "gauge check sauter-fh.toml",
+        "gauge decode mark10-series5 --unit N < mark10.bytes", "gauge read mark10-series5 --port gauge --count 2", "gauge ports",
+        "gauge probe gauge --instrument mark10-series5", "gauge bind force --port gauge --instrument mark10-series5",
+        "gauge record mark10-series5 --port gauge --seconds 0.5 --out a.trace", "gauge show a.trace", "gauge decode a.trace", "gauge replay a.trace --speed max",
+        "gauge emulate --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100",
     ]),
     // Guided sessions.
     (&["fixtures/goldens/inputs", "fixtures/imports"], &[

@@ -1,4 +1,4 @@
-"""The batched pose solver against the commands `map` and `robot compliance`."""
+"""The batched pose solver against the commands `robot map` and `robot compliance`."""
 
 import threading
 import warnings

@@ -223,10 +223,9 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
         (by_file / by_effect - 1.0).abs() < 1e-9,
         "{by_file} {by_effect}"
     );
-    let map = desk.data("map --robot serial-arm --fit fit.json --samples 200 --no-principal");
+    let map = desk.data("robot map serial-arm --fit fit.json --samples 200 --no-principal");
     assert!(map.to_string().contains("joint-compliance"));
-    let ranked =
-        desk.data("significance --robot serial-arm --parameters joint.S2,section.tube1.Iy");
+    let ranked = desk.data("robot significance serial-arm --parameters joint.S2,section.tube1.Iy");
     assert_eq!(array(&ranked["further"]).len(), 2);
     assert!(
         ranked["further"][0]["adds_one_percent_at"]["y"]

@@ -106,7 +106,7 @@ fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
     assert!(lines("--progress none").is_empty() && lines("--json").is_empty());
     assert!(lines("--quiet").is_empty());
     assert!(lines("--progress bar").is_empty());
-    let map = desk.run("map --samples 50").succeeds();
+    let map = desk.run("robot map --samples 50").succeeds();
     assert!(
         map.stderr.contains("maps of mechanisms: 6 of 6 done"),
         "{}",

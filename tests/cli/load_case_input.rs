@@ -136,11 +136,7 @@ fn one_name_for_two_poses_is_a_warning() {
 #[test]
 fn commands_that_need_series_of_loads_say_so() {
     let desk = fanuc();
-    for command in [
-        "stiffness cases.csv",
-        "compare cases.csv cases.csv",
-        "plot residuals cases.csv --robot fanuc.toml",
-    ] {
+    for command in ["stiffness cases.csv", "compare cases.csv cases.csv"] {
         let error = desk.refusal(command, 2, "stiffbench::usage::needs_runs");
         assert_output_contains(&error, &["load cases", "stiffbench diagnose"]);
     }

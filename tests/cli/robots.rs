@@ -65,14 +65,11 @@ fn six_robots_go_through_every_command() {
             format!("robot show {robot}"),
             format!("robot check {robot}"),
             format!("robot show --mobility {robot}"),
-            format!("robot workspace {robot} --samples 300 --figure workspace.svg"),
-            format!("robot compliance {robot} --pose {pose}"),
-            format!("plot robot --robot {robot} --pose {pose} --out robot.svg"),
-            format!("significance --robot {robot} --pose {pose} --beams-only"),
+            format!("robot compliance {robot} --pose {pose} --figures drawn"),
+            format!("robot significance {robot} --pose {pose} --beams-only"),
             format!("simulate s --robot {robot} --seed {seed}"),
-            "stiffness s".to_owned(),
+            "stiffness s --figures drawn".to_owned(),
             "compare s s".to_owned(),
-            "plot load-displacement s --out l.svg".to_owned(),
             "diagnose s --no-figures".to_owned(),
         ] {
             object(&desk, &arguments);
@@ -167,7 +164,7 @@ fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
 fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
     let map = object(
         desk,
-        &format!("map --robot {robot} --samples 200 --out map --with-figures"),
+        &format!("robot map {robot} --samples 200 --out map --figures map/figures"),
     );
     for mechanism in map["data"]["mechanisms"].as_array().unwrap() {
         for column in mechanism["stiffness"].as_array().unwrap() {

@@ -16,7 +16,6 @@ fn overdue_calibration_exits_with_12() {
         "stiffness session",
         "fit session",
         "compare session session",
-        "plot load-displacement session",
     ] {
         let ran = desk.run(subcommand).succeeds();
         assert!(
@@ -31,9 +30,8 @@ fn overdue_calibration_exits_with_12() {
     let page = desk.run("stiffness session --quiet").succeeds().stdout;
     let mark = "CALIBRATION OVERDUE: force gauge (due 2002-01-01)";
     assert!(page.contains(mark), "{page}");
-    desk.run("plot residuals session --out residuals")
-        .succeeds();
-    assert!(desk.read("residuals.svg").contains(mark));
+    desk.run("fit session --figures figures").succeeds();
+    assert!(desk.read("figures/residuals.svg").contains(mark));
     desk.run("export session --out tables").succeeds();
     for table in ["readings", "stiffness", "budget", "loads"] {
         let text = desk.read(&format!("tables/{table}.csv"));
@@ -53,8 +51,8 @@ fn overdue_calibration_exits_with_12() {
     let fit = desk.run("fit session --json").succeeds();
     desk.write("fit.json", &fit.stdout);
     for command in [
-        "map --mechanisms F --samples 9 --fit fit.json",
-        "model export --format csv --fit fit.json",
+        "robot map --mechanisms F --samples 9 --fit fit.json",
+        "robot export --format csv --fit fit.json",
     ] {
         let ran = desk.run(command).succeeds();
         let repeated = "fit.json: calibration overdue: force gauge (due 2002-01-01)";

@@ -8,7 +8,7 @@ use clap::Args;
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
-use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
+use crate::cli::gauge::lines::{GaugeLineArgs, table_of};
 use crate::cli::option_values::{OptionValue, decimal_signs, one_of, word_of};
 use crate::cli::outcome::shell_word;
 use crate::import::{ImportMapping, ImportedQuantity, MarkWord};

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::ModelArgs;
-use crate::cli::gauge::BINDINGS_FILE;
-use crate::cli::instrument_args::ProtocolsArgs;
-use crate::cli::moved::MovedArgs;
+use crate::cli::gauge::ProtocolsArgs;
+use crate::cli::gauge::open::BINDINGS_FILE;
+use crate::cli::gauge::trace::{Speed, pace};
 use crate::cli::pose_args::PoseRulesArgs;
 use crate::cli::procedure::{AxesArgs, ProcedureArgs};
-use crate::cli::trace::{Speed, pace};
 use crate::instrument::Channel;
 use crate::test_point::Direction;
 
@@ -46,9 +45,6 @@ pub(super) enum SessionCommand {
     Undo(FolderArgs),
     /// Replay the traces of a session through decoder and session logic, into a new folder, and compare the readings
     Replay(SessionReplayArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Faults(MovedArgs),
 }
 
 /// A session folder.
@@ -198,7 +194,7 @@ pub(super) struct BenchArgs {
     /// Unit set at the displacement gauge, if it does not send its unit; with several gauges that of all, or x=UNIT for one
     #[arg(long, value_name = "UNIT")]
     pub(super) displacement_unit: Vec<String>,
-    /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
+    /// Bindings file: which gauge is on which adapter, as stiffbench gauge bind writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
     /// More descriptions.

@@ -39,7 +39,6 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Log(args) => inspect::log(&args.folder, global),
         SessionCommand::Undo(args) => undo::run(&args.folder, global),
         SessionCommand::Replay(args) => replay::run(&args, global),
-        SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out, global),
     }
