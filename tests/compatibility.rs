@@ -67,7 +67,7 @@ const VERSIONS: &[(&str, &str, Reader)] = &[
     (
         "stiffbench/part-model/2",
         "fixtures/part-model.toml",
-        Command("predict FILE --input part.csv"),
+        Command("part predict FILE part.csv"),
     ),
     (
         "stiffbench/answers/1",

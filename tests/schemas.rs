@@ -38,7 +38,7 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // A session with one gauge.
     (&[], &[
         "simulate s --poses P1,P2 --procedure load-unload --seed 4", "stiffness s", "stiffness s --branches both --budget", "fit s",
-        "fit s --fix beam.J --bootstrap 20 --save-factors f.toml", "diagnose s", "diagnose s --without slip --no-figures --out d", "compare s s",
+        "fit s --parameter beam.J=fixed --bootstrap 20 --save-factors f.toml", "diagnose s", "diagnose s --without slip --no-figures --out d", "compare s s",
         "robot map --model s/diagnosis/model.toml --at-load 50 --samples 60", "report s --no-diagnosis --out r.html", "report verify r.html s",
         "report s --no-diagnosis --format markdown --out -", "report --print-template", "export s --out tables", "export s --format xlsx --out sheets",
         "simulate t --seed 5 --poses P1,P2 --procedure load-unload --mechanism A --effect joint-backlash@A3:play=30urad,seat_moment=9N*m",
@@ -47,7 +47,7 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // Three gauges.
     (&[], &[
         "simulate v --mechanism A --procedure load-unload --directions x,y --displacement-axes x,y,z --poses P1,P2 --seed 2", "stiffness v",
-        "fit v --fix beam.A,beam.J", "diagnose v --no-figures", "report v --no-diagnosis --out r.html",
+        "fit v --parameter beam.A,beam.J=fixed", "diagnose v --no-figures", "report v --no-diagnosis --out r.html",
     ]),
     // Load cases.
     (&[], &[
@@ -61,19 +61,19 @@ const RUNS: &[(&[&str], &[&str])] = &[
     ]),
     // A list of stiffnesses.
     (&["fixtures/cases/stiffness-list"], &[
-        "fit spring.csv --robot hp-robot --mechanism F --factors m_fsd --fix beam.A,beam.Iy,beam.Iz",
-        "diagnose spring.csv --robot hp-robot --mechanism F --factors m_fsd --fix beam.A,beam.Iy,beam.Iz",
+        "fit spring.csv --robot hp-robot --mechanism F --factors m_fsd --parameter beam.A,beam.Iy,beam.Iz=fixed",
+        "diagnose spring.csv --robot hp-robot --mechanism F --factors m_fsd --parameter beam.A,beam.Iy,beam.Iz=fixed",
         "fit paper-experiment --method paper --train P1,P3 --reference paper-reference",
     ]),
     // A part.
     (&["fixtures/cases/two-sliders", "fixtures/goldens/inputs"], &[
-        "diagnose two_sliders.csv --specimen --response force --force-column force_kN --displacement-column disp_mm --out part",
-        "predict part/model.toml --input two_sliders.csv",
-        "diagnose softening.csv --specimen --force-column load --force-unit 1 --displacement-column deflection --displacement-unit 1 --run-column run --order-column order --no-figures",
+        "part diagnose two_sliders.csv --map force=force_kN,displacement=disp_mm --response force --out part",
+        "part predict part/model.toml two_sliders.csv",
+        "part diagnose softening.csv --map force=load,displacement=deflection,run=run,order=order --force-unit 1 --displacement-unit 1 --no-figures",
     ]),
     // What is asked before anything is measured.
     (&[], &[
-        "diagnose --design paper", "diagnose --design load-unload --mechanism A", "session plan --procedure load-hold-unload --poses P1,P2",
+        "session plan --procedure paper --design", "session plan --procedure load-unload --mechanism A --design", "session plan --procedure load-hold-unload --poses P1,P2",
         "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses 3", "robot significance --pose P1 --factors unit",
         "robot show", "robot show --mobility", "robot show --schema", "robot check serial-arm", "robot new n.toml --template serial",
         "robot compliance --pose P1 --mechanism F", "robot compliance serial-arm",

@@ -22,8 +22,8 @@ use super::numbers::{MOST_LOAD_CASES, MOST_REPLICATES, count_up_to};
 pub use super::numbers::{at_least_one, seconds};
 use super::option_values::{BRANCHES, OptionValue, one_of};
 use super::parameter_args::ParameterArgs;
+use super::part::PartArgs;
 use super::pose_args::PoseRulesArgs;
-use super::predict::PredictArgs;
 use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
@@ -70,8 +70,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// Find missing physics: where model and readings differ, which effect explains it, its size and the evidence
     Diagnose(Box<DiagnoseArgs>),
-    /// Predict readings from a part model, with an uncertainty band
-    Predict(PredictArgs),
+    /// Diagnose and predict a part by a table of force against displacement, without a robot
+    Part(PartArgs),
     /// Write a session and its results as one document; `report verify` checks every number in it
     Report(Box<ReportArgs>),
     /// Export readings and stiffness: CSV with a data package, XLSX, Parquet
@@ -265,7 +265,7 @@ const SIGMAS: [OptionValue<SigmaMode>; 2] = [
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --parameter beam.J=fixed,link.A=free --bootstrap 1000 --seed 1\n  stiffbench fit my-session --parameter joint.A3,base.rx=free,joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name

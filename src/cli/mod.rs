@@ -7,10 +7,8 @@ mod compare;
 mod complete;
 mod config;
 mod demo;
-mod design;
 mod diagnose;
 mod diagnose_args;
-mod diagnose_specimen;
 mod doctor;
 #[cfg(unix)]
 pub mod emulated;
@@ -31,6 +29,7 @@ mod numbers;
 mod option_values;
 pub mod outcome;
 mod parameter_args;
+mod part;
 mod pose_args;
 mod predict;
 mod procedure;
@@ -219,7 +218,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
-        Command::Predict(args) => predict::run(&args),
+        Command::Part(args) => part::run(&args, global),
         Command::Config(args) => config::run(&args, global),
         Command::Doctor(args) => Ok(doctor::run(&args, global)),
         Command::Explain(args) => explain::run(&args),

@@ -22,7 +22,7 @@ fn every_result_begins_with_its_data_and_its_robot() {
         ("robot check hp-robot", 0, true),
         ("robot show --mobility hp-robot", 0, true),
         ("robot significance --beams-only", 0, true),
-        ("diagnose --design sweeps", 0, true),
+        ("session plan --procedure sweeps --design", 0, true),
         ("simulate again", 0, true),
     ] {
         let text = desk.run(arguments).succeeds().stdout;

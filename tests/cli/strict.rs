@@ -76,7 +76,7 @@ fn a_factor_that_the_data_do_not_determine_exits_with_41() {
     assert!(open(&desk.data(arguments)) > 0);
     desk.run(&format!("{arguments} --strict")).exits_with(41);
     desk.run("simulate session --seed 4").succeeds();
-    let arguments = "fit session --fix beam.J";
+    let arguments = "fit session --parameter beam.J=fixed";
     assert_eq!(open(&desk.data(arguments)), 0);
     desk.run(&format!("{arguments} --strict")).succeeds();
 }

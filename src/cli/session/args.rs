@@ -8,6 +8,7 @@ use crate::cli::args::ModelArgs;
 use crate::cli::gauge::ProtocolsArgs;
 use crate::cli::gauge::open::BINDINGS_FILE;
 use crate::cli::gauge::trace::{Speed, pace};
+use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::pose_args::PoseRulesArgs;
 use crate::cli::procedure::{AxesArgs, ProcedureArgs};
 use crate::instrument::Channel;
@@ -16,7 +17,7 @@ use crate::test_point::Direction;
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r repeats the last reading, g goes to a cell, s skips, n adds a note,\np pauses; Ctrl-C ends at the next safe point, a second Ctrl-C at once. Every confirmed reading is on disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session plan --procedure paper --design\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r repeats the last reading, g goes to a cell, s skips, n adds a note,\np pauses; Ctrl-C ends at the next safe point, a second Ctrl-C at once. Every confirmed reading is on disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -67,6 +68,12 @@ pub(super) struct PlanArgs {
     /// Place of the measurement displacements are read.
     #[command(flatten)]
     pub(super) axes: AxesArgs,
+    /// Print what the procedure can and cannot distinguish instead of its steps
+    #[arg(long)]
+    pub(super) design: bool,
+    /// Which parameters the poses are to determine, or are free beside every candidate.
+    #[command(flatten)]
+    pub(super) parameters: ParameterArgs,
     /// Which poses determine the parameters best.
     #[command(flatten)]
     pub(super) best: BestPosesArgs,
@@ -78,14 +85,6 @@ pub(super) struct BestPosesArgs {
     /// Choose this many poses within the limits of the robot that best determine the free parameters
     #[arg(long, value_name = "N", conflicts_with = "poses")]
     pub(super) best_poses: Option<usize>,
-    /// Free parameters that the poses are to determine: joint.NAME, base.rx, beam.Iy [default: the springs that the robot file frees, else those of all joints]
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "PARAMETER",
-        requires = "best_poses"
-    )]
-    pub(super) free: Vec<String>,
     /// Write the planned procedure as a file for --procedure
     #[arg(long, value_name = "FILE")]
     pub(super) save_procedure: Option<PathBuf>,
