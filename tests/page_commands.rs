@@ -203,7 +203,7 @@ fn a_command_that_is_not_run_to_its_end_is_checked_for_its_words() {
         given: BTreeMap::new(),
     };
     assert_eq!(settings.script(&["cargo test", "stiffbench demo"]), None);
-    let script = settings.script(&["stiffbench gauge bnid force  # plug it in"]);
+    let script = settings.script(&["stiffbench gauge bind --bnid force  # plug it in"]);
     let folder = tempfile::tempdir().unwrap();
     let failure = run(&script.unwrap(), &[], folder.path(), folder.path());
     assert!(failure.is_some_and(|failure| failure.contains("--bnid")));

@@ -46,7 +46,6 @@ mod screen;
 mod session;
 mod significance;
 mod simulate;
-mod sketch;
 mod specimen_args;
 mod stiffness;
 

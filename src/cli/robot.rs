@@ -27,7 +27,7 @@ use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_
 pub(super) fn run(args: &RobotArgs, global: &Global) -> Result<Outcome, Failure> {
     match &args.what {
         RobotCommand::Show(args) => show(args),
-        RobotCommand::Check(args) => check(args, global),
+        RobotCommand::Check(args) => check(args),
         RobotCommand::New(args) => new_robot(args),
         RobotCommand::Compliance(args) => compliance(args),
         RobotCommand::Map(args) => map::run(args, global),
@@ -65,19 +65,21 @@ fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
 }
 
 /// Tries every mechanism in every named pose (the nominal one if there is none).
-fn check(args: &RobotCheckArgs, global: &Global) -> Result<Outcome, Failure> {
+fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
     let source = robot_source(&args.robot, None)?;
     let robot = Robot::parse(&source)?;
     let inputs = Inputs::default().with_robot(&robot, &source.text);
     let check = check_robot(&robot, &source)?;
-    let drawn = robot_pose::draw(&robot, &inputs, args, global)?;
-    let text = format!("{}{}", drawn.sketch, robot_check_document(&check).text());
+    let drawn = args.figures.iter();
+    let drawn = drawn.map(|folder| robot_pose::draw(&robot, &inputs, folder));
+    let drawn = drawn.collect::<Result<Vec<_>, _>>()?.concat();
+    let document = robot_check_document(&check);
     let strict = u8::from(!check.findings.is_empty());
     let findings = check.findings.clone();
-    Ok(Outcome::new("robot-check", text, check)
+    Ok(Outcome::new("robot-check", document, check)
         .with_inputs(inputs)
         .with_warnings(findings)
-        .with_written(&drawn.written)
+        .with_written(&drawn)
         .with_strict_exit(strict))
 }
 

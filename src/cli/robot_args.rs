@@ -13,7 +13,7 @@ use super::robot_export::RobotExportArgs;
 /// Arguments of `robot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot map --samples 5000 --out maps\n  stiffbench robot show --schema > robot.schema.json"
+    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml --figures drawn\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot map --samples 5000 --out maps\n  stiffbench robot show --schema > robot.schema.json"
 )]
 pub(super) struct RobotArgs {
     /// What to look at.
@@ -45,12 +45,9 @@ pub(super) enum RobotCommand {
 pub(super) struct RobotCheckArgs {
     /// Name of a shipped robot, or a robot file
     pub(super) robot: String,
-    /// Folder for drawings of every pose (SVG and PNG)
+    /// Draw every pose into this folder (SVG and PNG)
     #[arg(long, value_name = "FOLDER")]
-    pub(super) out: Option<PathBuf>,
-    /// Do not sketch the poses in the terminal
-    #[arg(long)]
-    pub(super) no_sketch: bool,
+    pub(super) figures: Option<PathBuf>,
 }
 
 /// Arguments of `robot show`.

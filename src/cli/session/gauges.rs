@@ -116,7 +116,7 @@ pub(super) fn resolve_gauges(
         return ArgumentError::refuse(
             port,
             "two gauges of this session are on this port",
-            "each gauge needs a port of its own: --force-port, --displacement-port, x=PORT for each of several",
+            "each gauge needs a port of its own: --force port=PORT, --displacement port=PORT, port=x=PORT for each of several",
         );
     }
     Ok((resolved, warnings))
