@@ -69,7 +69,7 @@ prove *arguments:
 # Points of maps as Parquet: the test of the feature, and a map read back by Apache Arrow (another build, so no part of `ci`)
 parquet:
     cargo test --release --locked --features parquet -p stiffbench --lib report::map::parquet
-    cargo run --release --locked --features parquet -- map --samples 2000 --out target/parquet-check --quiet
+    cargo run --release --locked --features parquet -- robot map --samples 2000 --out target/parquet-check --quiet
     python3 -m venv target/parquet-check/venv
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check

@@ -42,7 +42,7 @@ FOLDER = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "mujoco"
 
 
 def export(program, arguments, form):
-    command = [program, "model", "export", "--format", form, "--quiet", *arguments]
+    command = [program, "robot", "export", "--format", form, "--quiet", *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 

@@ -99,7 +99,7 @@ def with_poses(text, chain, poses):
 
 def exported_centre(pin, program, file):
     """Centre of mass of the URDF that is exported again with all joints at zero, m."""
-    command = [program, "model", "export", "--format", "urdf", "--robot", str(file), "--pose", "Zero", "--quiet"]
+    command = [program, "robot", "export", "--format", "urdf", "--robot", str(file), "--pose", "Zero", "--quiet"]
     model = pin.buildModelFromXML(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     data = model.createData()
     pin.forwardKinematics(model, data, pin.neutral(model))

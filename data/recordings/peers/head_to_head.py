@@ -233,7 +233,7 @@ def call(command):
 
 
 def can_predict(program):
-    return subprocess.run([program, "predict", "--help"], capture_output=True).returncode == 0
+    return subprocess.run([program, "part", "predict", "--help"], capture_output=True).returncode == 0
 
 
 def write(path, data, rows):

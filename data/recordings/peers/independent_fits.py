@@ -303,7 +303,7 @@ def main():
     parser.add_argument("--out", default="results/independent_fits", help="results go to NAME.json and NAME.md")
     parser.add_argument("--only", default="", help="only recordings whose name contains this")
     arguments = parser.parse_args()
-    if arguments.program and subprocess.run([arguments.program, "predict", "--help"], capture_output=True).returncode:
+    if arguments.program and subprocess.run([arguments.program, "part", "predict", "--help"], capture_output=True).returncode:
         print(f"{arguments.program} has no command `part predict`: only the fits are made")
         arguments.program = None
     results = []
