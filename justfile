@@ -36,12 +36,9 @@ nightly-engine:
 nightly-exports: parquet
     cargo build --release --locked
     python3 -m venv target/nightly/exports
-    target/nightly/exports/bin/pip install --quiet pandas frictionless rocrate typst vtk==9.7.2 meshio==5.3.5
+    target/nightly/exports/bin/pip install --quiet pandas frictionless rocrate typst
     sh tests/export/check.sh target/release/stiffbench target/nightly/exports/bin
     PATH="{{justfile_directory()}}/target/nightly/exports/bin:$PATH" cargo test --release --locked --test stiffbench -- export::
-    rm -rf target/nightly/maps
-    target/release/stiffbench map --samples 2000 --out target/nightly/maps --quiet
-    target/nightly/exports/bin/python fixtures/vtu/check.py target/nightly/maps
 
 # Every fault in every phase of a session, and shards with GNU parallel and a Slurm cluster of one machine (needs parallel, slurm-wlm, munge)
 nightly-sessions:
@@ -72,7 +69,7 @@ prove *arguments:
 # Points of maps as Parquet: the test of the feature, and a map read back by Apache Arrow (another build, so no part of `ci`)
 parquet:
     cargo test --release --locked --features parquet -p stiffbench --lib report::map::parquet
-    cargo run --release --locked --features parquet -- map --samples 2000 --out target/parquet-check --quiet
+    cargo run --release --locked --features parquet -- robot map --samples 2000 --out target/parquet-check --quiet
     python3 -m venv target/parquet-check/venv
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check

@@ -1,4 +1,4 @@
-//! The paper's study as `stiffbench map` does it: 50 000 random poses of each of the six mechanisms, along x, y and z.
+//! The paper's study as `stiffbench robot map` does it: 50 000 random poses of each of the six mechanisms, along x, y and z.
 //!
 //! - `study`: poses drawn, maps, minimum, maximum, mean and quantiles with their sampling uncertainty;
 //! - `study, all`: principal stiffnesses, extremes refined to the limits, and regions besides;

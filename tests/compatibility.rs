@@ -43,7 +43,7 @@ const VERSIONS: &[(&str, &str, Reader)] = &[
     (
         "stiffbench/instrument/1",
         "protocols/instruments/sauter-fh.toml",
-        Command("instrument check FILE"),
+        Command("gauge check FILE"),
     ),
     (
         "stiffbench/bindings/1",
@@ -67,7 +67,7 @@ const VERSIONS: &[(&str, &str, Reader)] = &[
     (
         "stiffbench/part-model/2",
         "fixtures/part-model.toml",
-        Command("predict FILE --input part.csv"),
+        Command("part predict FILE part.csv"),
     ),
     (
         "stiffbench/answers/1",
@@ -79,7 +79,7 @@ const VERSIONS: &[(&str, &str, Reader)] = &[
     (
         "stiffbench/trace/1",
         "fixtures/goldens/inputs/force.trace",
-        Command("trace decode FILE"),
+        Command("gauge decode FILE"),
     ),
     (
         "stiffbench/faults/1",

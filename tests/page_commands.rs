@@ -199,11 +199,11 @@ fn blocks_of_commands_are_found() {
 fn a_command_that_is_not_run_to_its_end_is_checked_for_its_words() {
     let settings = Pages {
         other_programs: vec!["cargo ".to_owned()],
-        words_only: vec!["stiffbench ports --wait".to_owned()],
+        words_only: vec!["stiffbench gauge bind".to_owned()],
         given: BTreeMap::new(),
     };
     assert_eq!(settings.script(&["cargo test", "stiffbench demo"]), None);
-    let script = settings.script(&["stiffbench ports --wait --bnid force  # plug it in"]);
+    let script = settings.script(&["stiffbench gauge bind --bnid force  # plug it in"]);
     let folder = tempfile::tempdir().unwrap();
     let failure = run(&script.unwrap(), &[], folder.path(), folder.path());
     assert!(failure.is_some_and(|failure| failure.contains("--bnid")));

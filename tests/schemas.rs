@@ -38,16 +38,16 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // A session with one gauge.
     (&[], &[
         "simulate s --poses P1,P2 --procedure load-unload --seed 4", "stiffness s", "stiffness s --branches both --budget", "fit s",
-        "fit s --fix beam.J --bootstrap 20 --save-factors f.toml", "diagnose s", "diagnose s --without slip --no-figures --out d", "compare s s",
-        "map --model s/diagnosis/model.toml --at-load 50 --samples 60", "report s --no-diagnosis --out r.html", "report verify r.html s",
+        "fit s --parameter beam.J=fixed --bootstrap 20 --save-factors f.toml", "diagnose s", "diagnose s --without slip --no-figures --out d", "compare s s",
+        "robot map --model s/diagnosis/model.toml --at-load 50 --samples 60", "report s --no-diagnosis --out r.html", "report verify r.html s",
         "report s --no-diagnosis --format markdown --out -", "report --print-template", "export s --out tables", "export s --format xlsx --out sheets",
-        "plot stiffness s --out k", "simulate t --seed 5 --poses P1,P2 --procedure load-unload --mechanism A --effect joint-backlash@A3:play=30urad,seat_moment=9N*m",
+        "simulate t --seed 5 --poses P1,P2 --procedure load-unload --mechanism A --effect joint-backlash@A3:play=30urad,seat_moment=9N*m",
         "diagnose t --no-figures",
     ]),
     // Three gauges.
     (&[], &[
         "simulate v --mechanism A --procedure load-unload --directions x,y --displacement-axes x,y,z --poses P1,P2 --seed 2", "stiffness v",
-        "fit v --fix beam.A,beam.J", "diagnose v --no-figures", "report v --no-diagnosis --out r.html",
+        "fit v --parameter beam.A,beam.J=fixed", "diagnose v --no-figures", "report v --no-diagnosis --out r.html",
     ]),
     // Load cases.
     (&[], &[
@@ -57,40 +57,40 @@ const RUNS: &[(&[&str], &[&str])] = &[
     // Positions of a tracker.
     (&["fixtures/cases/positions"], &[
         "simulate p --robot arm.toml --positions 30 --seed 4", "fit p", "diagnose p --no-figures", "robot check arm.toml",
-        "map --robot arm.toml --samples 60 --sag",
+        "robot map arm.toml --samples 60 --sag",
     ]),
     // A list of stiffnesses.
     (&["fixtures/cases/stiffness-list"], &[
-        "fit spring.csv --robot hp-robot --mechanism F --factors m_fsd --fix beam.A,beam.Iy,beam.Iz",
-        "diagnose spring.csv --robot hp-robot --mechanism F --factors m_fsd --fix beam.A,beam.Iy,beam.Iz",
+        "fit spring.csv --robot hp-robot --mechanism F --factors m_fsd --parameter beam.A,beam.Iy,beam.Iz=fixed",
+        "diagnose spring.csv --robot hp-robot --mechanism F --factors m_fsd --parameter beam.A,beam.Iy,beam.Iz=fixed",
         "fit paper-experiment --method paper --train P1,P3 --reference paper-reference",
     ]),
     // A part.
     (&["fixtures/cases/two-sliders", "fixtures/goldens/inputs"], &[
-        "diagnose two_sliders.csv --specimen --response force --force-column force_kN --displacement-column disp_mm --out part",
-        "predict part/model.toml --input two_sliders.csv",
-        "diagnose softening.csv --specimen --force-column load --force-unit 1 --displacement-column deflection --displacement-unit 1 --run-column run --order-column order --no-figures",
+        "part diagnose two_sliders.csv --map force=force_kN,displacement=disp_mm --response force --out part",
+        "part predict part/model.toml two_sliders.csv",
+        "part diagnose softening.csv --map force=load,displacement=deflection,run=run,order=order --force-unit 1 --displacement-unit 1 --no-figures",
     ]),
     // What is asked before anything is measured.
     (&[], &[
-        "diagnose --design paper", "diagnose --design load-unload --mechanism A", "session plan --procedure load-hold-unload --poses P1,P2",
-        "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses 3", "significance --pose P1 --factors unit",
+        "session plan --procedure paper --design", "session plan --procedure load-unload --mechanism A --design", "session plan --procedure load-hold-unload --poses P1,P2",
+        "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses 3", "robot significance --pose P1 --factors unit",
         "robot show", "robot show --mobility", "robot show --schema", "robot check serial-arm", "robot new n.toml --template serial",
-        "robot compliance --pose P1 --mechanism F", "robot compliance serial-arm", "robot workspace --samples 50", "plot robot --robot serial-arm --out arm",
-        "model export --format json --robot serial-arm --pose P4", "model export --format mjcf --pose P1 --out a.xml",
+        "robot compliance --pose P1 --mechanism F", "robot compliance serial-arm",
+        "robot export serial-arm --format json --pose P4", "robot export --format mjcf --pose P1 --out a.xml",
     ]),
     (&[], &[
-        "map --samples 60 --mechanisms A,F --directions x,y,z --difference A,F --out maps", "map --samples 60 --mechanisms F --load 0,-50,0 --limit 0.5 --sensitivity",
-        "map --samples 60 --mechanisms F --shard 1/1 --out shards", "map merge shards/1-of-1.map-shard",
-        "map --robot serial-arm --plane x,z --directions y,rx --matrix --samples 60 --out plane --cell median",
+        "robot map --samples 60 --mechanisms A,F --directions x,y,z --difference A,F --figures figures --out maps", "robot map --samples 60 --mechanisms F --load 0,-50,0 --limit 0.5 --sensitivity",
+        "robot map --samples 60 --mechanisms F --shard 1/1 --out shards", "robot map merge shards/1-of-1.map-shard",
+        "robot map serial-arm --plane x,z --directions y,rx --matrix --samples 60 --out plane --figures plane --cell median",
     ]),
     // Gauges and their bytes.
     (&["fixtures/goldens/inputs", "protocols/instruments"], &[
-        "instrument list", "instrument show mitutoyo-01a", "instrument show --schema", "instrument check sauter-fh.toml",
-        "instrument decode mark10-series5 --unit N < mark10.bytes", "instrument read mark10-series5 --port gauge --count 2", "ports",
-        "ports --probe --port gauge --instrument mark10-series5", "ports --port gauge --bind force --instrument mark10-series5",
-        "trace record mark10-series5 --port gauge --seconds 0.5 --out a.trace", "trace show a.trace", "trace decode a.trace", "trace replay a.trace --speed max",
-        "instrument emulate --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100",
+        "gauge list", "gauge show mitutoyo-01a", "gauge show --schema", "gauge check sauter-fh.toml",
+        "gauge decode mark10-series5 --unit N < mark10.bytes", "gauge read mark10-series5 --port gauge --count 2", "gauge ports",
+        "gauge probe gauge --instrument mark10-series5", "gauge bind force --port gauge --instrument mark10-series5",
+        "gauge record mark10-series5 --port gauge --seconds 0.5 --out a.trace", "gauge show a.trace", "gauge decode a.trace", "gauge replay a.trace --speed max",
+        "gauge emulate --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100",
     ]),
     // Guided sessions.
     (&["fixtures/goldens/inputs", "fixtures/imports"], &[

@@ -29,7 +29,7 @@ skip() {
 # A law that is not linear goes pose by pose: slow enough to kill a shard at work, quick enough to wait for.
 study=(--mechanisms F --samples 60000 --directions x,y,z --seed 3 --effect 'joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m'
     --at-load 50)
-"$STIFFBENCH" map "${study[@]}" --out whole --quiet > /dev/null
+"$STIFFBENCH" robot map "${study[@]}" --out whole --quiet > /dev/null
 
 # Waits for a condition, at most so many seconds.
 within() {
@@ -131,7 +131,7 @@ slurm() {
     test ! -e "$FOLDER/shards/2-of-4.map-shard"
     again=$(sbatch --parsable --array=2 --export=ALL "$here/slurm.sbatch" "${study[@]}")
     sbatch --parsable --dependency="afterok:$again" --output merge.log \
-        --wrap "'$STIFFBENCH' map merge '$FOLDER'/shards/*.map-shard --out '$FOLDER/map' --quiet" > merge.job
+        --wrap "'$STIFFBENCH' robot map merge '$FOLDER'/shards/*.map-shard --out '$FOLDER/map' --quiet" > merge.job
     within 120 ended "$(cat merge.job)"
     diff -r whole "$FOLDER/map"
     echo "Slurm: an array of four shards, one killed and run again, joined to the same bytes"

@@ -16,5 +16,5 @@ program=${STIFFBENCH:-stiffbench}
 mkdir -p "$folder"
 export RAYON_NUM_THREADS=${RAYON_NUM_THREADS:-1}
 parallel --jobs "${JOBS:-2}" --joblog "$folder/jobs.log" --resume-failed --quote \
-    "$program" map "$@" --shard "{}/$shards" --out "$folder/shards" --quiet ::: $(seq "$shards")
-"$program" map merge "$folder"/shards/*.map-shard --out "$folder/map" --quiet > /dev/null
+    "$program" robot map "$@" --shard "{}/$shards" --out "$folder/shards" --quiet ::: $(seq "$shards")
+"$program" robot map merge "$folder"/shards/*.map-shard --out "$folder/map" --quiet > /dev/null

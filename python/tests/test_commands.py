@@ -35,8 +35,8 @@ def test_stiffness_of_a_gauges_own_log(program):
 
 def test_fit(program, demo):
     assert stiffbench.fit(demo, train=["P1", "P3"]) == program("fit", demo, "--train", "P1,P3")
-    words = ["--fix", "beam.J", "--fix", "link.J", "--bounds", "beam.A=0.001..0.01", "--bootstrap", 40, "--seed", 4]
-    options = {"fix": ("beam.J", "link.J"), "bounds": ["beam.A=0.001..0.01"], "bootstrap": 40, "seed": 4}
+    words = ["--parameter", "beam.J=fixed,beam.A=0.001..0.01", "--bootstrap", 40, "--seed", 4]
+    options = {"parameter": ("beam.J=fixed", "beam.A=0.001..0.01"), "bootstrap": 40, "seed": 4}
     assert stiffbench.fit(demo, **options) == program("fit", demo, *words)
 
 

@@ -1,4 +1,4 @@
-"""The batched pose solver against the commands `map` and `robot compliance`."""
+"""The batched pose solver against the commands `robot map` and `robot compliance`."""
 
 import threading
 import warnings
@@ -18,7 +18,7 @@ def random_poses(robot, count, seed=0):
 @pytest.mark.parametrize("mechanism, kind", [("F", "compliance"), ("A", "compliance"), ("F", "stiffness")])
 def test_every_number_is_that_of_the_map(program, tmp_path, mechanism, kind):
     out = tmp_path / "map"
-    made = program("map", "--mechanisms", mechanism, "--samples", 300, f"--matrix={kind}", "--out", out)
+    made = program("robot", "map", "--mechanisms", mechanism, "--samples", 300, f"--matrix={kind}", "--out", out)
     assert made["ok"]
     points = pd.read_csv(out / f"points-{mechanism}.csv")
     robot = Robot("hp-robot", mechanism=mechanism)

@@ -1,4 +1,4 @@
-//! The model of a part as a file: schema `stiffbench/part-model/2`. `diagnose --specimen` writes it, `predict` reads it.
+//! The model of a part as a file: schema `stiffbench/part-model/2`. `part diagnose` writes it, `part predict` reads it.
 //!
 //! Numbers stand in the units of the table that the model was fitted to. A key that is not known is an error.
 
@@ -22,7 +22,7 @@ pub enum PartModelError {
     #[diagnostic(
         code(stiffbench::part_model::unreadable),
         help(
-            "stiffbench diagnose TABLE --specimen --out FOLDER writes a model of a part; that of a robot is for --model of other commands"
+            "stiffbench part diagnose TABLE --map … --out FOLDER writes a model of a part; that of a robot is for --model of other commands"
         )
     )]
     Unreadable {
@@ -35,7 +35,7 @@ pub enum PartModelError {
     #[error("{file}: {key} is {value}, expected {expected}")]
     #[diagnostic(
         code(stiffbench::part_model::bad_value),
-        help("write the model again: stiffbench diagnose TABLE --specimen --out FOLDER")
+        help("write the model again: stiffbench part diagnose TABLE --map … --out FOLDER")
     )]
     BadValue {
         /// The file.
@@ -100,7 +100,7 @@ pub struct PartModelFile {
     order_is_clock: bool,
     /// Smallest and largest value that was set.
     range: [f64; 2],
-    /// Columns and units of a table, as the options of `diagnose --specimen`.
+    /// Columns and units of a table, as `part diagnose` takes them.
     pub columns: SpecimenOptions,
     band: FileBand,
     configurations: Vec<FileConfiguration>,

@@ -43,7 +43,7 @@ pub fn choose_poses(
         return ArgumentError::refuse(
             "--best-poses",
             "a number of poses from 1, and one free parameter at least, are needed",
-            "--best-poses 6, with --free joint.NAME for parameters that the robot file fixes",
+            "--best-poses 6, with --parameter joint.NAME=free for parameters that the robot file fixes",
         );
     }
     let (start, others) = model.springs_apart();

@@ -15,24 +15,19 @@ use super::calibration_args::CalibrationArgs;
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
+use super::gauge::GaugeArgs;
 pub use super::global::{Global, ProgressMode};
 use super::import::ImportArgs;
-use super::instrument_args::InstrumentArgs;
-use super::map::MapArgs;
-use super::model_export::ModelCommandArgs;
-use super::moved::MovedArgs;
-use super::numbers::{MOST_LOAD_CASES, MOST_POSES, MOST_REPLICATES, count_up_to, three_numbers};
+use super::numbers::{MOST_LOAD_CASES, MOST_REPLICATES, count_up_to};
 pub use super::numbers::{at_least_one, seconds};
 use super::option_values::{BRANCHES, OptionValue, one_of};
 use super::parameter_args::ParameterArgs;
-use super::ports::PortsArgs;
+use super::part::PartArgs;
 use super::pose_args::PoseRulesArgs;
-use super::predict::PredictArgs;
 use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
-use super::trace::TraceArgs;
 use crate::analysis::{ArgumentError, BootstrapOver};
 use crate::report::VERSION;
 
@@ -59,18 +54,14 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run the main job on shipped data: stiffness, fit, validation, figures in ./stiffbench-demo
     Demo(DemoArgs),
-    /// Show, check and create robot files; compute compliance and workspace
-    Robot(RobotArgs),
+    /// Show, check and create robot files; compute compliance, significance and maps of the stiffness; export to simulators
+    Robot(Box<RobotArgs>),
     /// Import tables of other programs into a session folder: CSV, TSV, LabVIEW, XLSX, testing machines, logs
     Import(Box<ImportArgs>),
     /// Compute stiffness with uncertainty from readings
     Stiffness(StiffnessArgs),
     /// Fit the model's factors to measured stiffness, or joint springs to force and displacement vectors
     Fit(Box<FitArgs>),
-    /// Rank the section constants by their effect in each direction (the paper's Table III)
-    Significance(SignificanceArgs),
-    /// Draw one figure as SVG and PNG
-    Plot(PlotArgs),
     /// Simulate a session: write readings of a virtual robot, with noise, into a session folder
     Simulate(SimulateArgs),
     /// Measure at a bench in guided sessions: plan, run, resume, status, verify, recover, log
@@ -79,31 +70,15 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// Find missing physics: where model and readings differ, which effect explains it, its size and the evidence
     Diagnose(Box<DiagnoseArgs>),
-    /// Predict readings from a part model, with an uncertainty band
-    Predict(PredictArgs),
+    /// Diagnose and predict a part by a table of force against displacement, without a robot
+    Part(PartArgs),
     /// Write a session and its results as one document; `report verify` checks every number in it
     Report(Box<ReportArgs>),
-    /// Map the stiffness over the workspace of each mechanism: statistics, regions of high and low stiffness, the paper's Tables VII to X
-    Map(MapArgs),
     /// Export readings and stiffness: CSV with a data package, XLSX, Parquet
     Export(super::export::DataExportArgs),
-    /// Export the model to other programs: MuJoCo, SDF, URDF, CSV, JSON
-    Model(ModelCommandArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Paper(MovedArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Prove(MovedArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Reference(MovedArgs),
-    /// List, inspect, test and emulate gauges
-    Instrument(InstrumentArgs),
-    /// List serial ports and bind gauges to them
-    Ports(PortsArgs),
-    /// Record, show, decode and replay the bytes of a gauge's serial line
-    Trace(TraceArgs),
+    /// Find, bind, read, record and emulate gauges; show, check and decode by their descriptions
+    #[command(alias = "instrument")]
+    Gauge(GaugeArgs),
     /// Show the settings in force and where each comes from: configuration file, environment variable or default
     Config(super::config::ConfigArgs),
     /// Check this computer before a session: ports, terminal, disk, configuration
@@ -150,6 +125,29 @@ pub struct ModelArgs {
     /// Robot of the configuration and where it stands: used where nothing else names a robot
     #[arg(long, hide = true, num_args = 2)]
     pub default_robot: Option<Vec<String>>,
+}
+
+/// The robot that a command works on, with mechanism, factors and physics.
+#[derive(Debug, Clone, Args)]
+#[command(mut_arg("robot", |option| option.hide(true)))]
+pub(super) struct RobotModelArgs {
+    /// Name of a shipped robot, or a robot file [default: the model's, else hp-robot]
+    #[arg(value_name = "ROBOT", conflicts_with = "robot")]
+    named: Option<String>,
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+impl RobotModelArgs {
+    /// Robot, mechanism, factors and physics.
+    pub(super) fn model(&self) -> ModelArgs {
+        let mut model = self.model.clone();
+        if self.named.is_some() {
+            model.robot.clone_from(&self.named);
+        }
+        model
+    }
 }
 
 impl ModelArgs {
@@ -230,6 +228,9 @@ pub(super) struct StiffnessArgs {
     /// Print the uncertainty budget of every cell
     #[arg(long)]
     pub(super) budget: bool,
+    /// Write the figure of load against displacement into this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) figures: Option<PathBuf>,
     /// For gauge logs.
     #[command(flatten)]
     pub(super) log: LogArgs,
@@ -264,7 +265,7 @@ const SIGMAS: [OptionValue<SigmaMode>; 2] = [
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --parameter beam.J=fixed,link.A=free --bootstrap 1000 --seed 1\n  stiffbench fit my-session --parameter joint.A3,base.rx=free,joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
@@ -326,79 +327,6 @@ pub(super) struct FitArgs {
     /// Calibration of the gauges.
     #[command(flatten)]
     pub(super) calibration: CalibrationArgs,
-}
-
-/// Arguments of `significance`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only\n  stiffbench significance --pose P1 --parameters joint.A3,base.rx"
-)]
-pub(super) struct SignificanceArgs {
-    /// Robot, mechanism and factors.
-    #[command(flatten)]
-    pub(super) model: ModelArgs,
-    /// Pose [default: the robot's first]
-    #[arg(long)]
-    pub(super) pose: Option<String>,
-    /// Change the constants of beams only, as the multi-source steps do
-    #[arg(long)]
-    pub(super) beams_only: bool,
-    /// Further sections and springs to rank: section.NAME.Iz, joint.NAME, base.rx
-    #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
-    pub(super) parameters: Vec<String>,
-}
-
-/// Figures that can be drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum FigureName {
-    /// Load against displacement with repeat scatter (needs DATA; a second DATA is overlaid)
-    LoadDisplacement,
-    /// Measured against fitted stiffness (needs DATA)
-    Stiffness,
-    /// Fitted factors with intervals and bounds (needs DATA)
-    Factors,
-    /// Correlation of the fitted factors (needs DATA)
-    Correlation,
-    /// Residuals of the readings against load, direction, pose, order and time (needs DATA)
-    Residuals,
-    /// Projection of the workspace on the (z, y) plane
-    Workspace,
-    /// The robot in a pose under a load, its displacement magnified
-    Robot,
-}
-
-/// Arguments of `plot`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench plot load-displacement my-session\n  stiffbench plot residuals my-session --train P1,P3 --out figures/residuals\n  stiffbench plot robot --pose P2 --load 0,-50,0"
-)]
-pub(super) struct PlotArgs {
-    /// The figure
-    #[arg(value_enum)]
-    pub(super) figure: FigureName,
-    /// Session folder or readings file; two to overlay two sessions
-    pub(super) data: Vec<PathBuf>,
-    /// Robot, mechanism and factors.
-    #[command(flatten)]
-    pub(super) model: ModelArgs,
-    /// Poses to fit, comma-separated, in the fit behind the figure
-    #[arg(long, value_delimiter = ',')]
-    pub(super) train: Option<Vec<String>>,
-    /// Pose of the robot drawing
-    #[arg(long)]
-    pub(super) pose: Option<String>,
-    /// Load at the end in the robot drawing: force along x, y and z, N
-    #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true, default_value = "0,-50,0")]
-    pub(super) load: [f64; 3],
-    /// Number of random poses of the workspace
-    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = count_up_to(MOST_POSES))]
-    pub(super) samples: usize,
-    /// Seed of the workspace's poses
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Write FILE.svg and FILE.png, or only one of them if FILE has its extension; - for SVG on standard output [default: the figure's name]
-    #[arg(long, value_name = "FILE")]
-    pub(super) out: Option<PathBuf>,
 }
 
 /// Distribution of the errors.

@@ -14,7 +14,7 @@ use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, com
 use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
-use super::figure_files::write_figure;
+use super::figure_files::write_figures;
 use super::outcome::Outcome;
 use super::report::{PageArgs, write_comparison};
 
@@ -28,9 +28,9 @@ pub(super) struct CompareArgs {
     a: PathBuf,
     /// Second session
     b: PathBuf,
-    /// Write the load-displacement overlay as FILE.svg and FILE.png
-    #[arg(long, value_name = "FILE")]
-    figure: Option<PathBuf>,
+    /// Write the figure of both sessions, load against displacement, into this folder
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
     /// Write the comparison as a report, one HTML file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -86,9 +86,9 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     warnings.push(gauge_note(same));
     warnings.extend(metadata_differences(&a, &b));
     let mut drawn = Vec::new();
-    if let Some(path) = &args.figure {
+    if let Some(folder) = &args.figures {
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
-        drawn = write_figure(path, &figure, &inputs)
+        drawn = write_figures(folder, vec![("load-displacement", figure)], &inputs)
             .map_err(|failure| failure.with_warnings(&warnings))?;
     }
     if let Some(out) = &args.report {

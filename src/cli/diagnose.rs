@@ -8,7 +8,7 @@ use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
     NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
 };
-use crate::mismatch::Verdict;
+use crate::mismatch::{SearchOptions, Verdict};
 use crate::physics::Law;
 use crate::report::{
     Determination, DiagnosisDetail, DiagnosisSummary, FactorChangeReport, diagnosis_document,
@@ -17,12 +17,11 @@ use crate::report::{
 use crate::session::inside;
 
 use super::args::Global;
-use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
-use super::diagnose_specimen;
 use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::{write_figures, write_result, write_texts};
 use super::outcome::Outcome;
+use super::part;
 use super::progress::progress;
 
 /// What the bar of a diagnosis shows.
@@ -31,21 +30,23 @@ pub(super) const DIAGNOSIS_STEPS: &str = "diagnosis (read, search, judge, draw)"
 /// Finds what the model leaves out.
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
     let without = laws(&args.without)?;
-    if let Some(procedure) = &args.design {
-        return design::run(args, procedure);
-    }
-    if let Some(options) = args.specimen.options() {
+    if let Some(options) = args.specimen.options()? {
         if !args.parameters.is_default() || !args.model.is_default() {
             return ArgumentError::refuse(
-                "--robot, --mechanism, --factors, --model, --effect, --free, --fix, --tie, --bounds",
+                "--robot, --mechanism, --factors, --model, --effect, --parameter",
                 "they are of a robot, and a specimen has none",
                 "leave them out",
             );
         }
-        return diagnose_specimen::run(args, &options, without, global);
+        let search = SearchOptions {
+            without,
+            seed: args.seed,
+            ..SearchOptions::default()
+        };
+        return part::diagnosed(&args.data, &options, &search, (&args.results()?, global));
     }
     let settings = args.calibration.open_settings(global)?;
-    let first = Data::open(data(args)?, &settings)?;
+    let first = Data::open(&args.data, &settings)?;
     if !matches!(first, Data::Readings(_)) {
         let of_runs = [("--earlier", !args.earlier.is_empty())];
         refuse_given(
@@ -84,7 +85,12 @@ fn diagnosed(
     let report = data.diagnose(options, &|| bar.inc(1))?;
     let model = &data.model;
     let model = |folder: &Path| model_file(&report, model, folder);
-    let outcome = report_of(args, &report, (&data.inputs, &data.warnings), model)?;
+    let outcome = report_of(
+        &args.results()?,
+        &report,
+        (&data.inputs, &data.warnings),
+        model,
+    )?;
     bar.finish_and_clear();
     Ok(outcome)
 }
@@ -95,7 +101,7 @@ fn diagnosed(
 /// - `inputs`, `warnings`: of the data.
 /// - `model`: the text of `model.toml` for a folder; none where the readings cannot decide.
 pub(super) fn report_of(
-    args: &DiagnoseArgs,
+    results: &ResultFolder,
     report: &DiagnosisReport,
     (inputs, warnings): (&Inputs, &[String]),
     model: impl FnOnce(&Path) -> Result<Option<String>, CliError>,
@@ -104,7 +110,7 @@ pub(super) fn report_of(
     let mut page = diagnosis_document(report, DiagnosisDetail::Page);
     let whole = diagnosis_document(report, DiagnosisDetail::Whole);
     let mut data = DiagnosisSummary::from(report);
-    if let Some(folder) = folder(args)? {
+    if let Some(folder) = results.folder.clone() {
         let write = || -> Result<Vec<PathBuf>, Failure> {
             let model = model(&folder)?.map(|model| ("model.toml", model));
             let result = Outcome::new("diagnosis", whole.clone(), &data)
@@ -114,7 +120,7 @@ pub(super) fn report_of(
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
-            if !args.no_figures {
+            if results.with_figures {
                 let figures = diagnosis_figures(report);
                 written.extend(write_figures(&folder, figures, inputs)?);
             }
@@ -128,7 +134,7 @@ pub(super) fn report_of(
                 ));
                 data.files = Some(written);
             }
-            Err(failure) if args.out.is_some() => return Err(failure),
+            Err(failure) if results.is_named => return Err(failure),
             // A verdict is not withheld because the session may only be read.
             Err(failure) => {
                 page = whole;
@@ -228,17 +234,34 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
     Ok(NoiseSource::EarlierSessions(earlier))
 }
 
-/// Where the results go: where the user says, else into the session folder, the last of several.
-pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
-    let last = args.further.last().or(args.data.as_ref());
-    let data = last.filter(|data| args.out.is_none() && data.is_dir());
-    let Some(data) = data else {
-        return Ok(args.out.clone());
-    };
-    let folder = inside(data, "diagnosis");
-    Ok(Some(
-        folder.map_err(CliError::write(&data.join("diagnosis")))?,
-    ))
+/// Where the results of a diagnosis go.
+pub(super) struct ResultFolder {
+    /// The folder; `None` if nothing is written.
+    pub(super) folder: Option<PathBuf>,
+    /// Whether the user named it.
+    pub(super) is_named: bool,
+    /// Whether figures are drawn.
+    pub(super) with_figures: bool,
+}
+
+impl DiagnoseArgs {
+    /// Where the results go: where the user says, else into the session folder, the last of several.
+    fn results(&self) -> Result<ResultFolder, CliError> {
+        let last = self.further.last().unwrap_or(&self.data);
+        let folder = match &self.out {
+            Some(folder) => Some(folder.clone()),
+            None if last.is_dir() => {
+                let folder = inside(last, "diagnosis");
+                Some(folder.map_err(CliError::write(&last.join("diagnosis")))?)
+            }
+            None => None,
+        };
+        Ok(ResultFolder {
+            folder,
+            is_named: self.out.is_some(),
+            with_figures: !self.no_figures,
+        })
+    }
 }
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor
@@ -252,15 +275,4 @@ fn outcome(page: Document, result: DiagnosisSummary) -> Outcome {
         _ => 1,
     };
     Outcome::new("diagnosis", page, result).with_strict_exit(exit)
-}
-
-/// The data of a diagnosis; clap asks for it unless a procedure is assessed.
-pub(super) fn data(args: &DiagnoseArgs) -> Result<&Path, ArgumentError> {
-    args.data.as_deref().ok_or_else(|| {
-        ArgumentError::new(
-            "DATA",
-            "there is nothing to diagnose",
-            "name a session folder or a readings file",
-        )
-    })
 }

@@ -13,18 +13,14 @@ use super::specimen_args::SpecimenArgs;
 /// Arguments of `diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --free joint.A3,base.rx\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --parameter joint.A3,base.rx=free\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel        a part, without a robot"
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder, readings file or load cases (docs/joint-stiffness.md)
-    #[arg(required_unless_present = "design")]
-    pub(super) data: Option<PathBuf>,
+    pub(super) data: PathBuf,
     /// Further sessions or load cases of the same robot, diagnosed together with the first
-    #[arg(value_name = "DATA", conflicts_with_all = ["design", "specimen"])]
+    #[arg(value_name = "DATA", conflicts_with = "specimen")]
     pub(super) further: Vec<PathBuf>,
-    /// Print what a planned procedure (file or shipped name) can and cannot distinguish; needs no session
-    #[arg(long, value_name = "PROCEDURE", conflicts_with_all = ["data", "specimen"])]
-    pub(super) design: Option<String>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
@@ -44,7 +40,7 @@ pub(super) struct DiagnoseArgs {
     #[arg(long, value_enum, default_value_t = NoiseChoice::Estimated)]
     pub(super) noise: NoiseChoice,
     /// Earlier session on the same bench (folder or readings file), used to estimate the noise; repeatable
-    #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen"])]
+    #[arg(long, value_name = "SESSION", conflicts_with = "specimen")]
     pub(super) earlier: Vec<PathBuf>,
     /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
     #[arg(long, value_name = "FOLDER")]

@@ -16,7 +16,7 @@ use super::args::Global;
 use super::colour::is_wanted;
 use super::config::{Config, unknown_variables};
 use super::failure::Failure;
-use super::gauge::{BINDINGS_FILE, read_bindings};
+use super::gauge::open::{BINDINGS_FILE, read_bindings};
 use super::locale::{is_utf8, locale};
 use super::outcome::Outcome;
 
@@ -187,7 +187,7 @@ fn bindings(global: &Global) -> CheckReport {
         Err(failure) => CheckReport::failed(
             "bindings",
             failure.message(),
-            "bind the gauges again: stiffbench ports --wait",
+            "bind the gauges again: stiffbench gauge bind",
         ),
     }
 }

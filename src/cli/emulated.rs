@@ -13,9 +13,9 @@ use crate::instrument::emulator::{
 };
 use crate::procedure::Procedure;
 
-use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
-use super::instrument_args::ProtocolsArgs;
+use super::gauge::ProtocolsArgs;
+use super::gauge::descriptions::{all_descriptions, find_description};
 use crate::analysis::{ArgumentError, ResolvedModel};
 
 /// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.

@@ -100,20 +100,6 @@ pub enum CliError {
         /// The session.
         folder: PathBuf,
     },
-    /// A command that checks the program, no longer part of it.
-    #[error("stiffbench {command} has moved to another program: {now}")]
-    #[diagnostic(
-        code(stiffbench::usage::moved),
-        help(
-            "cargo run --release --bin stiffbench-validate -- --help, in a clone of the repository (docs/validation.md)"
-        )
-    )]
-    Moved {
-        /// The command.
-        command: &'static str,
-        /// The program and its command.
-        now: String,
-    },
     /// A name that `explain` does not know.
     #[error("there is no explanation of {name}")]
     #[diagnostic(code(stiffbench::usage::unknown_topic))]
@@ -123,18 +109,6 @@ pub enum CliError {
         /// What could be meant.
         #[help]
         advice: String,
-    },
-    /// A command that is not built yet.
-    #[error("stiffbench {command} is planned and not built yet: it {purpose}")]
-    #[diagnostic(code(stiffbench::usage::planned))]
-    Planned {
-        /// The command.
-        command: &'static str,
-        /// What it will do.
-        purpose: &'static str,
-        /// What does that today.
-        #[help]
-        today: String,
     },
     /// An instrument description from memory.
     #[error(

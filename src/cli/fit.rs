@@ -208,10 +208,7 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
         ("--reference", args.reference.is_some()),
     ];
     let of_least_squares = [
-        ("--free", !args.parameters.free.is_empty()),
-        ("--fix", !args.parameters.fix.is_empty()),
-        ("--tie", !args.parameters.tie.is_empty()),
-        ("--bounds", !args.parameters.bounds.is_empty()),
+        ("--parameter", !args.parameters.is_default()),
         ("--sigma", args.sigma.is_some()),
         ("--bootstrap", args.bootstrap > 0),
         ("--global-search", args.global_search),

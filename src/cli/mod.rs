@@ -7,14 +7,9 @@ mod compare;
 mod complete;
 mod config;
 mod demo;
-mod descriptions;
-mod design;
 mod diagnose;
 mod diagnose_args;
-mod diagnose_specimen;
 mod doctor;
-#[cfg(unix)]
-mod emulate;
 #[cfg(unix)]
 pub mod emulated;
 mod excerpt;
@@ -23,26 +18,18 @@ mod export;
 pub mod failure;
 pub mod figure_files;
 mod fit;
-mod gauge;
-mod gauge_lines;
+pub mod gauge;
 mod global;
 mod help;
 mod import;
-mod instrument;
-pub mod instrument_args;
-mod instrument_read;
 mod locale;
 mod map;
 mod model;
-mod model_export;
-mod moved;
-pub mod names;
 mod numbers;
 mod option_values;
 pub mod outcome;
 mod parameter_args;
-mod plot;
-mod ports;
+mod part;
 mod pose_args;
 mod predict;
 mod procedure;
@@ -52,16 +39,15 @@ pub mod rehearsal;
 pub mod report;
 mod robot;
 mod robot_args;
+mod robot_export;
 mod robot_new;
 mod robot_pose;
 mod screen;
 mod session;
 mod significance;
 mod simulate;
-mod sketch;
 mod specimen_args;
 mod stiffness;
-mod trace;
 
 use std::any::Any;
 use std::ffi::OsString;
@@ -79,15 +65,10 @@ use outcome::Outcome;
 /// Runs the program on the given arguments (the first is its name) and prints what comes out.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    // Of a command that has moved or is to come it is no option but an argument.
     let json = arguments.iter().any(|argument| argument == "--json");
     let colour = colour::choice(&arguments);
     colour::apply(colour);
-    let settled = match names::replace_older_names(&arguments, &command()) {
-        Ok(settled) => settled,
-        Err(failure) => return failure.print(&only_json(json), &[]),
-    };
-    let settled = match config::with_settings(settled, &command()) {
+    let settled = match config::with_settings(arguments, &command()) {
         Ok(settled) => settled,
         Err(error) => return Failure::from(error).print(&only_json(json), &[]),
     };
@@ -140,8 +121,7 @@ pub fn tables_of(words: impl IntoIterator<Item = OsString>) -> Result<Vec<TidyTa
 /// A command line that prints nothing.
 fn parse_for_json(words: impl IntoIterator<Item = OsString>) -> Result<Cli, Value> {
     let all: Vec<OsString> = std::iter::once("stiffbench".into()).chain(words).collect();
-    let settled = names::replace_older_names(&all, &command()).map_err(|f| f.to_json())?;
-    let settled = config::with_settings(settled, &command());
+    let settled = config::with_settings(all, &command());
     let settled = settled.map_err(|error| Failure::from(error).to_json())?;
     let parsed = parse(&settled.arguments, ColorChoice::Never);
     let mut cli = parsed.map_err(|error| outcome::usage_json(&error, "stiffbench"))?;
@@ -230,30 +210,21 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
     let global = &cli.global;
     match cli.command {
         Command::Demo(args) => demo::run(&args, global),
-        Command::Robot(args) => robot::run(args, global),
+        Command::Robot(args) => robot::run(&args, global),
         Command::Stiffness(args) => stiffness::run(&args, global),
         Command::Fit(args) => fit::run(&args, global),
-        Command::Significance(args) => significance::run(&args),
-        Command::Plot(args) => plot::run(&args, global),
         Command::Simulate(args) => simulate::run(&args),
         Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
-        Command::Predict(args) => predict::run(&args),
-        Command::Map(args) => map::run(&args, global),
+        Command::Part(args) => part::run(&args, global),
         Command::Config(args) => config::run(&args, global),
         Command::Doctor(args) => Ok(doctor::run(&args, global)),
         Command::Explain(args) => explain::run(&args),
         Command::Export(args) => export::run(&args, global),
-        Command::Model(args) => model_export::run(&args),
-        Command::Paper(args) => args.run("paper", "paper"),
-        Command::Prove(args) => args.run("prove", "prove"),
-        Command::Reference(args) => args.run("reference", "reference"),
         Command::Import(args) => import::run(&args, global),
-        Command::Instrument(args) => instrument::run(&args, global),
+        Command::Gauge(args) => gauge::run(&args, global),
         Command::Report(args) => report::run(&args, global),
-        Command::Ports(args) => ports::run(&args, global),
-        Command::Trace(args) => trace::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
         Command::Complete { of } => complete::run(of),
         Command::Man(args) => help::run(&args),

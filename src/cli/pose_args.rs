@@ -78,12 +78,6 @@ impl PoseArgs {
         }
         Ok(Some((name, pose)))
     }
-
-    /// The pose; the nominal one if no option names one.
-    pub(super) fn pose(&self, robot: &Robot) -> Result<Pose, Failure> {
-        let chosen = self.chosen(robot)?;
-        Ok(chosen.map_or_else(|| robot.nominal_pose(), |(_, pose)| pose))
-    }
 }
 
 /// What limits a pose lies beyond, in words.

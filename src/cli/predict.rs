@@ -1,4 +1,4 @@
-//! `stiffbench predict`: what the model of a part predicts for a table.
+//! `stiffbench part predict`: what the model of a part predicts for a table.
 
 use std::path::PathBuf;
 
@@ -14,16 +14,16 @@ use super::failure::Failure;
 use super::figure_files::write_again;
 use super::outcome::Outcome;
 
-/// Arguments of `predict`.
+/// Arguments of `part predict`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench diagnose ramps.csv --specimen --force-column torque_Nm --displacement-column angle_mrad --out ramps\n  stiffbench predict ramps/model.toml --input other-ramps.csv\n  stiffbench predict ramps/model.toml --input planned.csv --out predicted.csv\n\nThe table needs the columns of the diagnosed table; the column of measured values may be absent. Runs may differ from those of the\nfit, configurations may not. Laws with memory follow the readings of a run in their order."
+    after_help = "Examples:\n  stiffbench part diagnose ramps.csv --map force=torque_Nm,displacement=angle_mrad --out ramps\n  stiffbench part predict ramps/model.toml other-ramps.csv\n  stiffbench part predict ramps/model.toml planned.csv --out predicted.csv\n\nThe table needs the columns of the diagnosed table; the column of measured values may be absent. Runs may differ from those of the\nfit, configurations may not. Laws with memory follow the readings of a run in their order."
 )]
 pub(super) struct PredictArgs {
-    /// Model of a part: the model.toml of `diagnose --specimen --out`
+    /// Model of a part: the model.toml of `part diagnose --out`
     model: PathBuf,
     /// Table of set values to predict readings for
-    #[arg(long, value_name = "TABLE")]
+    #[arg(value_name = "TABLE")]
     input: PathBuf,
     /// Write a CSV file with a row for each reading: predicted, ends of the band, measured; - for standard output
     #[arg(long, value_name = "FILE")]

@@ -1,13 +1,9 @@
 //! `stiffbench robot`.
 
-use stiffbench_document::{Document, Table, numbers, words};
-
-use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, WorkspaceSample};
-use crate::physics::ActingPhysics;
-use crate::plot::Figure;
+use crate::physics::{ActingPhysics, Effect, PlaceKind};
 use crate::report::{
-    ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport, WorkspaceReport,
-    plane_column_heads, robot_check_document, workspace_figure,
+    ComplianceReport, MechanismRank, MobilityReport, RobotReport, robot_check_document,
+    robot_figure,
 };
 use crate::robot::{
     JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
@@ -16,24 +12,27 @@ use crate::structure::Compliance6;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::write_figure;
+use super::figure_files::write_figures;
+use super::map;
 use super::outcome::Outcome;
 use super::pose_args::limits_passed;
-use super::robot_args::{
-    ComplianceArgs, RobotArgs, RobotCheckArgs, RobotCommand, ShowArgs, WorkspaceArgs,
-};
+use super::robot_args::{ComplianceArgs, RobotArgs, RobotCheckArgs, RobotCommand, ShowArgs};
+use super::robot_export;
 use super::robot_new::new_robot;
 use super::robot_pose;
+use super::significance;
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_source};
 
 /// Looks at a robot.
-pub(super) fn run(args: RobotArgs, global: &Global) -> Result<Outcome, Failure> {
-    match args.what {
-        RobotCommand::Show(args) => show(&args),
-        RobotCommand::Check(args) => check(&args, global),
-        RobotCommand::New(args) => new_robot(&args),
-        RobotCommand::Workspace(args) => workspace(&args),
-        RobotCommand::Compliance(args) => compliance(&args),
+pub(super) fn run(args: &RobotArgs, global: &Global) -> Result<Outcome, Failure> {
+    match &args.what {
+        RobotCommand::Show(args) => show(args),
+        RobotCommand::Check(args) => check(args),
+        RobotCommand::New(args) => new_robot(args),
+        RobotCommand::Compliance(args) => compliance(args),
+        RobotCommand::Map(args) => map::run(args, global),
+        RobotCommand::Significance(args) => significance::run(args),
+        RobotCommand::Export(args) => robot_export::run(args),
     }
 }
 
@@ -66,19 +65,21 @@ fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
 }
 
 /// Tries every mechanism in every named pose (the nominal one if there is none).
-fn check(args: &RobotCheckArgs, global: &Global) -> Result<Outcome, Failure> {
+fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
     let source = robot_source(&args.robot, None)?;
     let robot = Robot::parse(&source)?;
     let inputs = Inputs::default().with_robot(&robot, &source.text);
     let check = check_robot(&robot, &source)?;
-    let drawn = robot_pose::draw(&robot, &inputs, args, global)?;
-    let text = format!("{}{}", drawn.sketch, robot_check_document(&check).text());
+    let drawn = args.figures.iter();
+    let drawn = drawn.map(|folder| robot_pose::draw(&robot, &inputs, folder));
+    let drawn = drawn.collect::<Result<Vec<_>, _>>()?.concat();
+    let document = robot_check_document(&check);
     let strict = u8::from(!check.findings.is_empty());
     let findings = check.findings.clone();
-    Ok(Outcome::new("robot-check", text, check)
+    Ok(Outcome::new("robot-check", document, check)
         .with_inputs(inputs)
         .with_warnings(findings)
-        .with_written(&drawn.written)
+        .with_written(&drawn)
         .with_strict_exit(strict))
 }
 
@@ -100,168 +101,8 @@ fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
         .with_warnings(robot.warnings.clone()))
 }
 
-/// Random poses and the outermost points.
-pub(super) struct SampledWorkspace {
-    sample: WorkspaceSample,
-    extremes: Vec<(&'static str, Option<RefinedExtreme>)>,
-    stated: Vec<(String, [f64; 2])>,
-}
-
-/// Samples the workspace of the complete robot, all variables free.
-pub(super) fn workspace_projection(
-    robot: &Robot,
-    poses: usize,
-    seed: u64,
-) -> Result<SampledWorkspace, Failure> {
-    project(
-        robot,
-        &WorkspacePlan {
-            poses,
-            seed,
-            vertical: robot.vertical,
-            ..WorkspacePlan::paper()
-        },
-    )
-}
-
-fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<SampledWorkspace, Failure> {
-    let mechanism = robot.mechanism(None)?;
-    let sample = WorkspaceSample::draw(robot, mechanism, plan)?;
-    let points = sample.points.iter();
-    let extremes = Extreme::of_points(points.map(|point| [point.reach_m, point.height_m]))
-        .into_iter()
-        .map(|extreme| {
-            let refined = sample.refined_extreme(robot, mechanism, extreme)?;
-            Ok((extreme.word(), refined))
-        })
-        .collect::<Result<_, RobotError>>()?;
-    let stated = robot
-        .poses
-        .iter()
-        .filter_map(|named| Some((named.id.to_string(), named.stated_zy_m?)))
-        .collect();
-    Ok(SampledWorkspace {
-        sample,
-        extremes,
-        stated,
-    })
-}
-
-impl SampledWorkspace {
-    /// The projection as a figure.
-    pub(super) fn figure(&self, robot: &Robot) -> Figure {
-        let points = self
-            .sample
-            .points
-            .iter()
-            .map(|point| [point.reach_m, point.height_m])
-            .collect();
-        let extremes = self.extremes.iter().filter_map(|(name, extreme)| {
-            let point = &extreme.as_ref()?.point;
-            Some(((*name).to_owned(), [point.reach_m, point.height_m]))
-        });
-        workspace_figure(points, extremes.collect(), self.stated.clone(), robot)
-    }
-
-    fn document(&self, robot: &Robot) -> Document {
-        let sample = &self.sample;
-        let angles = robot.variables.iter().map(|v| numbers(&v.name));
-        let plane = MapPlane::upright(self.sample.plan.vertical);
-        let ends = plane_column_heads(&plane).map(|head| numbers(format!("{head}, m")));
-        let columns = [words("extreme")].into_iter().chain(ends).chain(angles);
-        let mut rows = Table::new(columns.chain([words("held by")]));
-        for (name, extreme) in &self.extremes {
-            let Some(extreme) = extreme else { continue };
-            let head = [
-                (*name).to_owned(),
-                format!("{:.4}", extreme.point.reach_m),
-                format!("{:.4}", extreme.point.height_m),
-            ];
-            let angles = extreme
-                .point
-                .pose
-                .angles_deg
-                .iter()
-                .map(|angle| format!("{angle:.3}"));
-            rows.row(
-                head.into_iter()
-                    .chain(angles)
-                    .chain([extreme.limits.join(", ")]),
-            );
-        }
-        let mut document = Document::of(format!(
-            "{} poses within the limits of {} drawn (seed {}), {} of them not reachable.",
-            sample.accepted(),
-            sample.drawn,
-            sample.plan.seed,
-            sample.unreachable.len(),
-        ));
-        document.table(rows);
-        if !self.stated.is_empty() {
-            document.table(
-                Table::of(&self.stated)
-                    .words("stated by the paper", |(name, _)| name)
-                    .numbers("z, m", |(_, [z, _])| *z)
-                    .numbers("y, m", |(_, [_, y])| *y),
-            );
-        }
-        document
-    }
-
-    fn report(&self) -> WorkspaceReport {
-        let outermost = |extreme: &RefinedExtreme| OutermostPoint {
-            position_m: extreme.point.position_m,
-            reach_m: extreme.point.reach_m,
-            height_m: extreme.point.height_m,
-            angles_deg: extreme.point.pose.angles_deg.clone(),
-            limits: extreme.limits.clone(),
-        };
-        let extremes = self.extremes.iter();
-        WorkspaceReport {
-            poses: self.sample.accepted(),
-            drawn: self.sample.drawn,
-            acceptance_rate: self.sample.acceptance_rate(),
-            unreachable: self.sample.unreachable.len(),
-            seed: self.sample.plan.seed,
-            extremes: extremes
-                .map(|(name, extreme)| ((*name).to_owned(), extreme.as_ref().map(outermost)))
-                .collect(),
-        }
-    }
-}
-
-fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
-    let (robot, inputs) = read(&args.robot)?;
-    let mut plan = WorkspacePlan {
-        poses: args.samples,
-        seed: args.seed,
-        vertical: robot.vertical,
-        ..WorkspacePlan::paper()
-    };
-    if let Some(vary) = &args.vary {
-        for name in vary {
-            robot.variable(name)?;
-        }
-        plan.held = robot
-            .variables
-            .iter()
-            .map(|v| v.name.clone())
-            .filter(|name| !vary.contains(name))
-            .collect();
-    }
-    let projection = project(&robot, &plan)?;
-    let figure = args.figure.iter();
-    let written = figure.map(|path| write_figure(path, &projection.figure(&robot), &inputs));
-    let written: Vec<_> = written.collect::<Result<_, _>>()?;
-    Ok(Outcome::new(
-        "robot-workspace",
-        projection.document(&robot),
-        projection.report(),
-    )
-    .with_inputs(inputs)
-    .with_warnings(robot.warnings.clone())
-    .with_written(written.iter().flatten()))
-}
+/// Load under which a robot is drawn if no other is named: force along x, y and z, N.
+const DRAWN_LOAD_N: [f64; 3] = [0.0, -50.0, 0.0];
 
 /// Compliance where it was placed; of an arm of rigid links with the load's own term.
 fn under_load(
@@ -290,13 +131,10 @@ fn under_load(
 }
 
 fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
-    let mut model = args.model.clone();
-    if args.shown.is_some() {
-        model.robot.clone_from(&args.shown);
-    }
-    let resolved = model.resolve()?;
+    let resolved = args.model.model().resolve()?;
     let robot = &resolved.robot;
-    let pose = args.pose.pose(robot)?;
+    let chosen = args.pose.chosen(robot)?;
+    let (name, pose) = chosen.unwrap_or_else(|| ("nominal".to_owned(), robot.nominal_pose()));
     let unknown = UnknownSprings::of(&resolved);
     unknown.refuse(&pose)?;
     let mut warnings = resolved.warnings.clone();
@@ -330,12 +168,29 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         Some(force_n) => under_load(&mut predictor, force_n)?,
         None => predictor.compliance(),
     };
+    let inputs = Inputs::default().with_model(&resolved);
+    let mut drawn = Vec::new();
+    if let Some(folder) = &args.figures {
+        let not_drawn = physics.effects.iter().filter(|effect| is_at_rest(effect));
+        warnings.extend(not_drawn.map(|effect| format!("{effect}: not drawn")));
+        let figure = robot_figure(&mut predictor, &name, args.load.unwrap_or(DRAWN_LOAD_N));
+        drawn = write_figures(folder, vec![("robot", figure)], &inputs)?;
+    }
     let compliance = physics.with_base(&fixed, predictor.model());
     let known = unknown.known(compliance.0, &pose)?;
     let report = ComplianceReport::new(known, predictor.model(), physics);
     Ok(Outcome::new("robot-compliance", report.document(), report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+        .with_inputs(inputs)
+        .with_warnings(warnings)
+        .with_written(&drawn))
+}
+
+/// Whether an effect is left out of the drawing of a robot: it is none of a joint or a beam.
+fn is_at_rest(effect: &Effect) -> bool {
+    let kind = effect.law.place_kind;
+    let is_drawn = matches!(kind, PlaceKind::Joint | PlaceKind::Element)
+        || effect.spring_of_structure().is_some();
+    !is_drawn
 }
 
 /// A joint that turns freely has no law.

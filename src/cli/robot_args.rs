@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::args::ModelArgs;
-use super::numbers::{MOST_POSES, count_up_to, three_numbers};
+use super::args::RobotModelArgs;
+use super::map::MapArgs;
+use super::numbers::three_numbers;
 use super::pose_args::PoseArgs;
+use super::robot_export::RobotExportArgs;
 
 /// Arguments of `robot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot workspace --samples 30000 --figure workspace\n  stiffbench robot show --schema > robot.schema.json"
+    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml --figures drawn\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot map --samples 5000 --out maps\n  stiffbench robot show --schema > robot.schema.json"
 )]
 pub(super) struct RobotArgs {
     /// What to look at.
@@ -28,10 +30,14 @@ pub(super) enum RobotCommand {
     Check(RobotCheckArgs),
     /// Create a robot file from a URDF, a Denavit-Hartenberg table or a template
     New(NewArgs),
-    /// Sample random poses within the limits: extreme points, and the projection of the paper's Fig. 3
-    Workspace(WorkspaceArgs),
     /// Compute the 6 x 6 compliance of the end in a pose
     Compliance(ComplianceArgs),
+    /// Map the stiffness over the workspace of each mechanism: statistics, regions of high and low stiffness, the paper's Tables VII to X
+    Map(Box<MapArgs>),
+    /// Rank the section constants by their effect in each direction (the paper's Table III)
+    Significance(SignificanceArgs),
+    /// Write the robot with its springs, friction and play for a simulator, or its parameters and compliance as a table
+    Export(Box<RobotExportArgs>),
 }
 
 /// Arguments of `robot check`.
@@ -39,12 +45,9 @@ pub(super) enum RobotCommand {
 pub(super) struct RobotCheckArgs {
     /// Name of a shipped robot, or a robot file
     pub(super) robot: String,
-    /// Folder for drawings of every pose (SVG and PNG)
+    /// Draw every pose into this folder (SVG and PNG)
     #[arg(long, value_name = "FOLDER")]
-    pub(super) out: Option<PathBuf>,
-    /// Do not sketch the poses in the terminal
-    #[arg(long)]
-    pub(super) no_sketch: bool,
+    pub(super) figures: Option<PathBuf>,
 }
 
 /// Arguments of `robot show`.
@@ -105,36 +108,12 @@ pub(super) struct NewArgs {
     pub(super) template: Option<String>,
 }
 
-/// Arguments of `robot workspace`.
-#[derive(Debug, Args)]
-pub(super) struct WorkspaceArgs {
-    /// Name of a shipped robot, or a robot file
-    #[arg(default_value = "hp-robot")]
-    pub(super) robot: String,
-    /// Number of random poses
-    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = count_up_to(MOST_POSES))]
-    pub(super) samples: usize,
-    /// Seed of the poses
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Variables to vary, comma-separated [default: all that have a range]
-    #[arg(long, value_delimiter = ',', value_name = "VARIABLE,...")]
-    pub(super) vary: Option<Vec<String>>,
-    /// Write the projection as FILE.svg and FILE.png
-    #[arg(long, value_name = "FILE")]
-    pub(super) figure: Option<PathBuf>,
-}
-
 /// Arguments of `robot compliance`.
 #[derive(Debug, Args)]
-#[command(mut_arg("robot", |option| option.hide(true)))]
 pub(super) struct ComplianceArgs {
-    /// Name of a shipped robot, or a robot file [default: the model's, else hp-robot]
-    #[arg(value_name = "ROBOT", conflicts_with = "robot")]
-    pub(super) shown: Option<String>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
-    pub(super) model: ModelArgs,
+    pub(super) model: RobotModelArgs,
     /// Which pose.
     #[command(flatten)]
     pub(super) pose: PoseArgs,
@@ -147,4 +126,27 @@ pub(super) struct ComplianceArgs {
     /// Load at the end for the secant compliance of nonlinear joints and the geometric stiffness of an arm of rigid links: force along x, y and z, N [default: the smallest]
     #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
     pub(super) load: Option<[f64; 3]>,
+    /// Draw the robot in the pose into this folder, displaced by the load of --load (50 N downward without it)
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) figures: Option<PathBuf>,
+}
+
+/// Arguments of `robot significance`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench robot significance --pose P1 --factors unit\n  stiffbench robot significance --pose P3 --factors m_fsd --beams-only\n  stiffbench robot significance --pose P1 --parameters joint.A3,base.rx"
+)]
+pub(super) struct SignificanceArgs {
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    pub(super) model: RobotModelArgs,
+    /// Pose [default: the robot's first]
+    #[arg(long)]
+    pub(super) pose: Option<String>,
+    /// Change the constants of beams only, as the multi-source steps do
+    #[arg(long)]
+    pub(super) beams_only: bool,
+    /// Further sections and springs to rank: section.NAME.Iz, joint.NAME, base.rx
+    #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
+    pub(super) parameters: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! `stiffbench significance`.
+//! `stiffbench robot significance`.
 
 use stiffbench_document::Document;
 
@@ -9,13 +9,13 @@ use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
-use super::args::SignificanceArgs;
 use super::failure::Failure;
 use super::outcome::Outcome;
+use super::robot_args::SignificanceArgs;
 
 /// Which constant matters where.
 pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
-    let resolved = args.model.resolve()?;
+    let resolved = args.model.model().resolve()?;
     let pose = match (&args.pose, resolved.robot.poses.first()) {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),

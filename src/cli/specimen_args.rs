@@ -1,71 +1,86 @@
-//! How a table without a robot is read: the options behind `--specimen`.
+//! How a table without a robot is read.
 
 use clap::Args;
 
+use crate::analysis::ArgumentError;
 use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use crate::table_files::TableFileOptions;
 
+use super::import::column_pairs;
 use super::option_values::{OptionValue, decimal_signs, one_of};
 
-/// Options of a table of force against displacement that has no robot.
+/// Units and form of a table of force against displacement that has no robot.
+#[derive(Debug, Clone, PartialEq, Args)]
+#[command(next_help_heading = "Table without a robot")]
+pub(super) struct PartTableArgs {
+    /// Unit of the force, torque or stress: N, kN, kgf, lbf, N*m, lbf*in, MPa, psi, ..., or 1 to keep the numbers as they are [default: that of the file]
+    #[arg(long, value_name = "UNIT")]
+    force_unit: Option<String>,
+    /// Unit of the displacement, angle or strain: mm, um, in, mil, rad, deg, %, microstrain, ..., or 1 to keep the numbers as they are [default: that of the file]
+    #[arg(long, value_name = "UNIT")]
+    displacement_unit: Option<String>,
+    /// Unit of time and hold: s, ms, min, h, d [default: that of the file; dates and times of day need none]
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<String>,
+    /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
+    #[arg(long, value_name = "UNIT")]
+    temperature_unit: Option<String>,
+    /// The measured quantity: force if the displacement or strain was set
+    #[arg(long, value_parser = one_of(RESPONSES), default_value = "displacement")]
+    response: ResponseVariable,
+    /// Share of a run's range by which the path must return before it counts as unloading
+    #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE)]
+    turn_share: f64,
+    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
+    #[arg(long, value_name = "NAME")]
+    sheet: Option<String>,
+    /// Decimal sign of the numbers [default: detected from all of them]
+    #[arg(long, value_parser = one_of(decimal_signs(DecimalSign::Point, DecimalSign::Comma)))]
+    decimal: Option<DecimalSign>,
+}
+
+/// The same with an option for each column, as scripts call `diagnose`.
 #[derive(Debug, Clone, Args)]
+#[command(mut_args(|argument| {
+    let is_of_parts = argument.get_help_heading() == Some("Table without a robot");
+    if is_of_parts { argument.hide(true) } else { argument }
+}))]
 #[command(next_help_heading = "Table without a robot")]
 pub(super) struct SpecimenArgs {
-    /// DATA is a table of force against displacement, or of any two quantities, without a robot
+    /// DATA is a table without a robot
     #[arg(long, requires = "displacement_column")]
-    pub(super) specimen: bool,
-    /// Column of the force [default: none, the load is the same throughout]
+    specimen: bool,
+    /// Column of the force
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) force_column: Option<String>,
+    force_column: Option<String>,
     /// Column of the displacement
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) displacement_column: Option<String>,
+    displacement_column: Option<String>,
     /// Column of the time
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) time_column: Option<String>,
-    /// Column that identifies runs, each with one zero; several columns together identify a run
+    time_column: Option<String>,
+    /// Column that identifies runs
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) run_column: Vec<String>,
-    /// Column that identifies specimens or configurations, each with its own line; several columns together identify one
+    run_column: Vec<String>,
+    /// Column that identifies configurations
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) configuration_column: Vec<String>,
+    configuration_column: Vec<String>,
     /// Column of the temperature
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) temperature_column: Option<String>,
+    temperature_column: Option<String>,
     /// Column of the time under the load
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) hold_column: Option<String>,
+    hold_column: Option<String>,
     /// Column with the order of measurement
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) order_column: Option<String>,
-    /// Column with loading and unloading [default: derived from the path of the load]
+    order_column: Option<String>,
+    /// Column with loading and unloading
     #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) branch_column: Option<String>,
-    /// Unit of the force, torque or stress: N, kN, kgf, lbf, N*m, lbf*in, MPa, psi, ..., or 1 to keep the numbers as they are [default: that of the file]
-    #[arg(long, value_name = "UNIT", requires = "force_column")]
-    pub(super) force_unit: Option<String>,
-    /// Unit of the displacement, angle or strain: mm, um, in, mil, rad, deg, %, microstrain, ..., or 1 to keep the numbers as they are [default: that of the file]
-    #[arg(long, value_name = "UNIT", requires = "specimen")]
-    pub(super) displacement_unit: Option<String>,
-    /// Unit of time and hold: s, ms, min, h, d [default: that of the file; dates and times of day need none]
-    #[arg(long, value_name = "UNIT", requires = "specimen")]
-    pub(super) time_unit: Option<String>,
-    /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
-    #[arg(long, value_name = "UNIT", requires = "temperature_column")]
-    pub(super) temperature_unit: Option<String>,
-    /// The measured quantity: force if the displacement or strain was set
-    #[arg(long, value_parser = one_of(RESPONSES), default_value = "displacement", requires = "specimen")]
-    pub(super) response: ResponseVariable,
-    /// Share of a run's range by which the path must return before it counts as unloading
-    #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE, requires = "specimen")]
-    pub(super) turn_share: f64,
-    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
-    #[arg(long, value_name = "NAME", requires = "specimen")]
-    pub(super) sheet: Option<String>,
-    /// Decimal sign of the numbers [default: detected from all of them]
-    #[arg(long, value_parser = one_of(decimal_signs(DecimalSign::Point, DecimalSign::Comma)), requires = "specimen")]
-    pub(super) decimal: Option<DecimalSign>,
+    branch_column: Option<String>,
+    /// Units and form.
+    #[command(flatten)]
+    table: PartTableArgs,
 }
 
 /// Which quantity answers.
@@ -82,22 +97,10 @@ const RESPONSES: [OptionValue<ResponseVariable>; 2] = [
     ),
 ];
 
-impl SpecimenArgs {
-    /// What the reader needs; `None` without `--specimen`.
-    pub(super) fn options(&self) -> Option<SpecimenOptions> {
-        if !self.specimen {
-            return None;
-        }
-        Some(SpecimenOptions {
-            force_column: self.force_column.clone(),
-            displacement_column: self.displacement_column.clone()?,
-            time_column: self.time_column.clone(),
-            run_column: self.run_column.clone(),
-            configuration_column: self.configuration_column.clone(),
-            temperature_column: self.temperature_column.clone(),
-            hold_column: self.hold_column.clone(),
-            order_column: self.order_column.clone(),
-            branch_column: self.branch_column.clone(),
+impl PartTableArgs {
+    /// What the reader needs, without the columns.
+    fn options(&self) -> SpecimenOptions {
+        SpecimenOptions {
             force_unit: self.force_unit.clone(),
             displacement_unit: self.displacement_unit.clone(),
             time_unit: self.time_unit.clone(),
@@ -109,8 +112,74 @@ impl SpecimenArgs {
                 decimal: self.decimal,
                 ..TableFileOptions::default()
             },
-            is_response_optional: false,
-        })
+            ..SpecimenOptions::default()
+        }
+    }
+
+    /// What the reader needs, with columns as `ROLE=COLUMN`.
+    pub(super) fn with_columns(&self, map: &[String]) -> Result<SpecimenOptions, ArgumentError> {
+        let mut options = self.options();
+        for (role, column) in column_pairs(map)? {
+            match role.as_str() {
+                "force" => options.force_column = Some(column),
+                "displacement" => options.displacement_column = column,
+                "time" => options.time_column = Some(column),
+                "run" => options.run_column.push(column),
+                "configuration" => options.configuration_column.push(column),
+                "temperature" => options.temperature_column = Some(column),
+                "hold" => options.hold_column = Some(column),
+                "order" => options.order_column = Some(column),
+                "branch" => options.branch_column = Some(column),
+                _ => return Err(wrong_map(&role, "there is no such role of a column")),
+            }
+        }
+        if options.displacement_column.is_empty() {
+            return Err(wrong_map("", "the column of the displacement is missing"));
+        }
+        Ok(options)
+    }
+}
+
+/// A `--map` that cannot be.
+fn wrong_map(role: &str, problem: &str) -> ArgumentError {
+    ArgumentError::new(
+        format!("--map {role}").trim_end(),
+        problem,
+        "--map force=load,displacement=travel; other roles are time, run, configuration, temperature, hold, order and branch",
+    )
+}
+
+impl SpecimenArgs {
+    /// What the reader needs; `None` without `--specimen`.
+    pub(super) fn options(&self) -> Result<Option<SpecimenOptions>, ArgumentError> {
+        let options = self.table.options();
+        if !self.specimen {
+            let unused = SpecimenOptions {
+                turn_share: Some(TURN_SHARE),
+                ..SpecimenOptions::default()
+            };
+            return if options == unused {
+                Ok(None)
+            } else {
+                Err(ArgumentError::new(
+                    "units and form of a table without a robot",
+                    "the data are of a robot",
+                    "leave them out, or use stiffbench part diagnose",
+                ))
+            };
+        }
+        Ok(Some(SpecimenOptions {
+            force_column: self.force_column.clone(),
+            displacement_column: self.displacement_column.clone().unwrap_or_default(),
+            time_column: self.time_column.clone(),
+            run_column: self.run_column.clone(),
+            configuration_column: self.configuration_column.clone(),
+            temperature_column: self.temperature_column.clone(),
+            hold_column: self.hold_column.clone(),
+            order_column: self.order_column.clone(),
+            branch_column: self.branch_column.clone(),
+            ..options
+        }))
     }
 }
 
@@ -142,7 +211,7 @@ mod tests {
              --run-column sweep --response force",
         )
         .unwrap();
-        let options = args.options().unwrap();
+        let options = args.options().unwrap().unwrap();
         assert_eq!(options.force_column.as_deref(), Some("load"));
         assert_eq!(options.force_unit.as_deref(), Some("kN"));
         assert_eq!(options.displacement_column, "travel");
@@ -154,10 +223,10 @@ mod tests {
 
     #[test]
     fn without_specimen_there_are_no_options() {
-        assert_eq!(parse("").unwrap().options(), None);
+        assert_eq!(parse("").unwrap().options().unwrap(), None);
         // Flags of a table without a robot mean nothing for one with a robot.
         assert!(parse("--force-column load").is_err());
         assert!(parse("--specimen").is_err());
-        assert!(parse("--specimen --displacement-column d --force-unit N").is_err());
+        assert!(parse("--force-unit kN").unwrap().options().is_err());
     }
 }

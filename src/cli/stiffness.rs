@@ -4,11 +4,12 @@ use std::ops::RangeInclusive;
 
 use crate::analysis::{ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
 use crate::readings::{Reading, ReadingTable};
-use crate::report::{VectorStiffnessReport, stiffness_document};
+use crate::report::{VectorStiffnessReport, load_displacement_figure, stiffness_document};
 use crate::stiffness::{Branches, StiffnessReport};
 
 use super::args::{Global, StiffnessArgs};
-use super::failure::Failure;
+use super::failure::{Failure, refuse_given};
+use super::figure_files::write_figures;
 use super::outcome::Outcome;
 use crate::count::counted;
 
@@ -23,23 +24,36 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let note = keep(&mut session.table, &(args.from_load..=args.to_load))?;
     session.warnings.extend(note);
     if session.table.is_of_vectors() {
+        let of_one_gauge = [("--figures", args.figures.is_some())];
+        refuse_given(&of_one_gauge, OF_VECTORS, |_| {
+            "leave it out; fit --figures draws a session of several gauges".to_owned()
+        })?;
         return Ok(of_vectors(session, branches));
     }
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);
-    let mut warnings = session.warnings;
+    let mut warnings = std::mem::take(&mut session.warnings);
     warnings.extend(doubts_about_stiffness(&table));
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     warnings.extend(not_counted(left_out));
+    let mut drawn = Vec::new();
+    if let Some(folder) = &args.figures {
+        let figure = load_displacement_figure(&[(&session.name, &table)]);
+        drawn = write_figures(folder, vec![("load-displacement", figure)], &inputs)?;
+    }
     let document = stiffness_document(&table, args.budget);
     let report = StiffnessReport::from(&table);
     Ok(Outcome::new("stiffness", document, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
+        .with_written(&drawn)
         .with_strict_exit(u8::from(flagged)))
 }
+
+/// Why an option has no effect.
+const OF_VECTORS: &str = "the session has several displacement gauges";
 
 /// Keeps the readings whose loads count; what to say of the others.
 fn keep(

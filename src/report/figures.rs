@@ -1,20 +1,16 @@
 //! Results as the inputs of figures.
 
 use crate::analysis::{AnalysisError, FitData};
-use crate::distribution::MapPlane;
 use crate::fit::{FactorCorrelations, FactorStatus, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
-    Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, Quantities, ResidualMeasure,
-    ResidualPoint, Residuals, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
-    factor_intervals, load_displacement, residuals, stiffness_comparison, workspace,
+    Figure, FittedLine, LoadCurvePoints, LoadDisplacement, Quantities, ResidualMeasure,
+    ResidualPoint, Residuals, SessionCurves, StiffnessComparison, correlation, factor_intervals,
+    load_displacement, residuals, stiffness_comparison,
 };
 use crate::readings::Reading;
-use crate::robot::Robot;
 use crate::statistics::NORMAL_95;
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
-
-use super::axis_words::plane_axis_names;
 
 /// A point of a plane nearer than this to an outermost one is the same place, and gives it its name, m.
 pub(super) const SAME_PLACE_M: f64 = 0.05;
@@ -133,7 +129,7 @@ pub(super) fn correlation_figure(
 ///
 /// # Errors
 /// As [`FitData::residuals`].
-pub fn residuals_figure(
+pub(super) fn residuals_figure(
     data: &FitData,
     outcome: &FitOutcome,
     table: &StiffnessTable,
@@ -171,45 +167,4 @@ pub fn residuals_figure(
 /// Whether a flag is about one reading, and this one.
 fn flags_reading(flag: &Flag, seq: u32) -> bool {
     matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)
-}
-
-/// The workspace in the plane of reach and height, m.
-///
-/// An extreme point takes the name of the stated point next to it into its own; two names in one place could not be read.
-#[must_use]
-pub fn workspace_figure(
-    points_z_y_m: Vec<[f64; 2]>,
-    extremes: Vec<(String, [f64; 2])>,
-    mut stated: Vec<(String, [f64; 2])>,
-    robot: &Robot,
-) -> Figure {
-    let mut extremes_named = Vec::new();
-    for (name, at) in extremes {
-        let near = stated.iter_mut().find(|(stated, to)| {
-            !stated.is_empty() && (to[0] - at[0]).hypot(to[1] - at[1]) < SAME_PLACE_M
-        });
-        let name = match near {
-            Some((known, _)) => format!("{} ({name})", std::mem::take(known)),
-            None => name,
-        };
-        extremes_named.push(NamedPoint {
-            name,
-            across_m: at[0],
-            up_m: at[1],
-        });
-    }
-    workspace(&WorkspaceProjection {
-        points_z_y_m,
-        extremes: extremes_named,
-        stated: stated
-            .into_iter()
-            .map(|(name, [across_m, up_m])| NamedPoint {
-                name,
-                across_m,
-                up_m,
-            })
-            .collect(),
-        stated_by: "as the paper states it".to_owned(),
-        axes: plane_axis_names(&MapPlane::upright(robot.vertical), robot),
-    })
 }

@@ -9,7 +9,7 @@ use crate::plot::Figure;
 
 use super::component_figures::component_figures;
 use super::data_checks::{bad_value_words, table_mistake_words};
-use super::figures::fit_figures;
+use super::figures::{fit_figures, residuals_figure};
 use super::fit_report::FitReport;
 
 /// A fit with everything that is shown of it.
@@ -44,10 +44,11 @@ impl Fitted {
             let table = data.session.as_ref().map(|(_, table)| table);
             let choice = settings.choice.as_ref();
             let range = choice.map_or(ParameterChoice::default().range, |choice| choice.range);
-            (
-                fit_figures(&outcome, table, range),
-                doubts_about_fit(&outcome),
-            )
+            let mut figures = fit_figures(&outcome, table, range);
+            if let Some(table) = table {
+                figures.push(("residuals", residuals_figure(data, &outcome, table)?));
+            }
+            (figures, doubts_about_fit(&outcome))
         };
         let (mistake, bad) = data.mistakes(settings, &outcome)?;
         failed_checks.extend(mistake.as_ref().map(table_mistake_words));

@@ -57,7 +57,7 @@ pub use diagnosis::{
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
 pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
-pub use figures::{load_displacement_figure, residuals_figure, workspace_figure};
+pub use figures::load_displacement_figure;
 pub use fit_report::{
     ClassFactors, ComponentErrors, ComponentReport, FactorReport, FitReport, FittedCellReport,
     PaperSteps, ParameterReport, PoseFitReport,
@@ -70,10 +70,9 @@ pub use map::points_parquet;
 pub use map::{
     DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives,
     LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
-    MechanismWeight, MeshField, MeshPoints, RefinedExtremeJson, RefinedPose, RegionPlace,
-    SampledStiffness, SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause,
-    ShiftReport, ShiftStatistics, ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose,
-    mesh_of, points_csv, sensitivity_document, vtu,
+    MechanismWeight, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
+    SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics,
+    ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose, points_csv, sensitivity_document,
 };
 pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
@@ -82,7 +81,7 @@ pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
     BESIDE_BEAMS, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
-    OutermostPoint, RobotReport, WorkspaceReport, physics_document, robot_check_document,
+    RobotReport, physics_document, robot_check_document,
 };
 pub use robot_pose::{pose_drawing, robot_figure, with_equal_views};
 pub use schemas::{schema_of, schemas};

@@ -434,35 +434,3 @@ impl NewRobotReport {
         document
     }
 }
-
-/// Random poses within the limits, and the outermost points.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct WorkspaceReport {
-    /// Poses within the limits.
-    pub poses: usize,
-    /// Poses drawn.
-    pub drawn: usize,
-    /// The one over the other; `null` without draws.
-    pub acceptance_rate: Option<f64>,
-    /// Poses within the limits that cannot be reached.
-    pub unreachable: usize,
-    /// Seed of the poses.
-    pub seed: u64,
-    /// The outermost points by name; `null` for one that was not found.
-    pub extremes: IndexMap<String, Option<OutermostPoint>>,
-}
-
-/// An outermost point of the workspace.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct OutermostPoint {
-    /// Position of the end, m.
-    pub position_m: [f64; 3],
-    /// Its distance from the axis of the base, m.
-    pub reach_m: f64,
-    /// Its height, m.
-    pub height_m: f64,
-    /// The pose, degrees.
-    pub angles_deg: Vec<f64>,
-    /// The limits that hold it.
-    pub limits: Vec<String>,
-}

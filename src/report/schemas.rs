@@ -7,12 +7,12 @@ use crate::stiffness::StiffnessReport;
 
 use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
-    DecodeReport, DemoReport, DiagnosisSummary, EmulationReport, FigureReport, FitReport,
-    InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult,
-    MobilityReport, ModelExportReport, PaperReport, PlanReport, PortList, ReadReport, RecordReport,
-    ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport,
-    SignificanceReport, SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport,
-    VectorStiffnessReport, VerifyReport, WorkspaceReport,
+    DecodeReport, DemoReport, DiagnosisSummary, EmulationReport, FitReport, InstrumentList,
+    InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult, MobilityReport,
+    ModelExportReport, PaperReport, PlanReport, PortList, ReadReport, RecordReport, ReplayReport,
+    RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport, SignificanceReport,
+    SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport,
+    VerifyReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -45,7 +45,6 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("map-shard", schema_of::<ShardReport>()),
         ("model-export", schema_of::<ModelExportReport>()),
         ("paper", schema_of::<PaperReport>()),
-        ("plot", schema_of::<FigureReport>()),
         ("port-binding", schema_of::<BindingReport>()),
         ("ports", schema_of::<PortList>()),
         ("prediction", schema_of::<super::PredictionReport>()),
@@ -58,7 +57,6 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("robot-mobility", schema_of::<MobilityReport>()),
         ("robot-new", schema_of::<super::NewRobotReport>()),
         ("robot-schema", schema_of::<Schema>()),
-        ("robot-workspace", schema_of::<WorkspaceReport>()),
         ("session-log", schema_of::<SessionLog>()),
         ("session-plan", schema_of::<PlanReport>()),
         ("session-recover", schema_of::<JournalReport>()),

@@ -15,7 +15,7 @@ use crate::test_point::PoseId;
 
 use super::text::{digits, significant, with_unit};
 
-/// Significance as the data of `stiffbench significance --json`.
+/// Significance as the data of `stiffbench robot significance --json`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SignificanceReport {
     /// The pose.

@@ -80,15 +80,6 @@ pub struct SimulatedGauges<T> {
     pub displacement: T,
 }
 
-/// A figure that was written.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct FigureReport {
-    /// Its name.
-    pub figure: &'static str,
-    /// Its files.
-    pub files: Vec<PathBuf>,
-}
-
 /// A share of a map that was written.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ShardReport {

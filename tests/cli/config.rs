@@ -172,15 +172,15 @@ fn paths_are_relative_to_the_file_and_used_settings_are_noted() {
     );
     desk.write("lab/gauges/instruments/note.txt", "");
     desk.run("robot show hp-robot").succeeds();
-    let ran = run(&desk, "lab/gauges", &[], "instrument list").succeeds();
+    let ran = run(&desk, "lab/gauges", &[], "gauge list").succeeds();
     assert!(
         ran.stderr.contains("note: protocols ") && ran.stderr.contains("lab/gauges"),
         "{}",
         ran.stderr
     );
-    let quiet = run(&desk, "lab/gauges", &[], "instrument list --quiet").succeeds();
+    let quiet = run(&desk, "lab/gauges", &[], "gauge list --quiet").succeeds();
     assert_eq!(quiet.stderr, "");
-    let given = run(&desk, "lab/gauges", &[], "instrument list --protocols .").succeeds();
+    let given = run(&desk, "lab/gauges", &[], "gauge list --protocols .").succeeds();
     assert!(!given.stderr.contains("protocols"), "{}", given.stderr);
     let ran = run(&desk, "lab", &[], "config show --json");
     assert_eq!(setting(&ran, "robot")["value"], "arm.toml");

@@ -44,7 +44,8 @@ fn stiffness() {
 #[test]
 fn fit() {
     let desk = desk_with_session();
-    let data = desk.data("fit session --train P1,P3 --fix beam.J --tie link.A=beam.A");
+    let data = desk
+        .data("fit session --train P1,P3 --parameter beam.J=fixed --parameter link.A=tied:beam.A");
     let factors = &data["factors"];
     for class in ["beam", "link"] {
         for name in ["A", "Iy", "Iz", "J"] {
@@ -181,8 +182,9 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
         "simulate arm --robot serial-arm --seed 3 --effect {spring}"
     ))
     .succeeds();
-    let fixed = "--fix beam.A,beam.Iy,beam.Iz,beam.J";
-    let fit = format!("fit arm {fixed} --free joint.S2,base.rx --bounds joint.S2=0..1e-4");
+    let fixed = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed";
+    let fit =
+        format!("fit arm {fixed} --parameter joint.S2,base.rx=free --parameter joint.S2=0..1e-4");
     let printed = desk.run(&format!("{fit} --save-factors springs.toml --json"));
     let printed = printed.succeeds().stdout;
     desk.write("fit.json", &printed);
@@ -223,10 +225,9 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
         (by_file / by_effect - 1.0).abs() < 1e-9,
         "{by_file} {by_effect}"
     );
-    let map = desk.data("map --robot serial-arm --fit fit.json --samples 200 --no-principal");
+    let map = desk.data("robot map serial-arm --fit fit.json --samples 200 --no-principal");
     assert!(map.to_string().contains("joint-compliance"));
-    let ranked =
-        desk.data("significance --robot serial-arm --parameters joint.S2,section.tube1.Iy");
+    let ranked = desk.data("robot significance serial-arm --parameters joint.S2,section.tube1.Iy");
     assert_eq!(array(&ranked["further"]).len(), 2);
     assert!(
         ranked["further"][0]["adds_one_percent_at"]["y"]
@@ -234,7 +235,7 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
             .unwrap()
             > 0.0
     );
-    let known = desk.data("diagnose arm --free joint.S2 --no-figures --out known");
+    let known = desk.data("diagnose arm --parameter joint.S2=free --no-figures --out known");
     assert_eq!(known["verdict"], "nothing-missing");
     let factors = array(&known["factors"]);
     assert_eq!(factors.len(), 5, "{factors:?}");

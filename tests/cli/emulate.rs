@@ -23,7 +23,7 @@ impl Bench {
     fn new(desk: &Desk, arguments: &str) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_stiffbench"))
             .current_dir(&desk.folder)
-            .args(["instrument", "emulate", "--link", "ports", "--stay"])
+            .args(["gauge", "emulate", "--link", "ports", "--stay"])
             .args(arguments.split_whitespace())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -168,7 +168,7 @@ fn it_ends_after_the_last_load_and_takes_its_ports_along() {
     let desk = desk();
     desk.write("faults.toml", "schema = \"stiffbench/faults/1\"\n");
     let ran = desk
-        .run("instrument emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
+        .run("gauge emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
         .succeeds();
     assert!(ran.stderr.contains("P1 x run 1 step 1: "), "{}", ran.stderr);
     let data = &ran.json()["data"];

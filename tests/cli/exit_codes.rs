@@ -54,8 +54,8 @@ const CASES: &[(u8, &str)] = &[
     (11, "stiffness file"),
     (12, "stiffness overdue --strict"),
     (13, "simulate session --seed 4"),
-    (14, "plot robot --out file/robot.svg"),
-    (20, "instrument read mark10-series5 --port nowhere"),
+    (14, "robot compliance --figures file"),
+    (20, "gauge read mark10-series5 --port nowhere"),
     (30, "report verify changed.html"),
     (31, "session verify nothing"),
     (40, "fit one.csv --robot hp-robot"),
@@ -167,12 +167,12 @@ mod with_ports_and_signals {
         let desk = desk();
         let mut gauge = begun(
             &desk,
-            "instrument emulate --link ports --stay --force-instrument mark10-series5 --poses P1 --directions x --loads-n 0,-10 --repeats 1",
+            "gauge emulate --link ports --stay --force-instrument mark10-series5 --poses P1 --directions x --loads-n 0,-10 --repeats 1",
         );
         wait_until("the port", || desk.path("ports/force").exists());
         let mut reading = begun(
             &desk,
-            "trace record mark10-series5 --port ports/force --out a.trace",
+            "gauge record mark10-series5 --port ports/force --out a.trace",
         );
         wait_until("bytes", || {
             std::fs::metadata(desk.path("a.trace")).is_ok_and(|file| file.len() > 1000)
@@ -188,7 +188,7 @@ mod with_ports_and_signals {
         let desk = desk();
         let program = env!("CARGO_BIN_EXE_stiffbench");
         let script = format!(
-            "exec 3>&- 4>&-; ulimit -n 5; exec {program} instrument emulate --poses P1 --directions x --json"
+            "exec 3>&- 4>&-; ulimit -n 5; exec {program} gauge emulate --poses P1 --directions x --json"
         );
         let output = Command::new("sh")
             .args(["-c", &script])

@@ -106,7 +106,7 @@ fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
     assert!(lines("--progress none").is_empty() && lines("--json").is_empty());
     assert!(lines("--quiet").is_empty());
     assert!(lines("--progress bar").is_empty());
-    let map = desk.run("map --samples 50").succeeds();
+    let map = desk.run("robot map --samples 50").succeeds();
     assert!(
         map.stderr.contains("maps of mechanisms: 6 of 6 done"),
         "{}",
@@ -118,7 +118,7 @@ fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
 fn a_parameter_on_its_bound_has_no_uncertainty_and_no_load_case_is_planned_for_it() {
     let desk = desk();
     desk.run("simulate seven --seed 7").succeeds();
-    let line = "fit seven --bounds beam.Iy=0.003..0.00486";
+    let line = "fit seven --parameter beam.Iy=0.003..0.00486";
     let data = desk.data(line);
     let parameters = data["parameters"].as_array().unwrap();
     let bound = parameters
@@ -215,7 +215,7 @@ fn models_of_the_same_cells_are_ranked_and_others_refused() {
         let found = desk.run(&format!("{line} --json")).succeeds().stdout;
         desk.write(name, &found);
     };
-    keep("simpler.json", "fit session --fix beam.J");
+    keep("simpler.json", "fit session --parameter beam.J=fixed");
     keep("train.json", "fit session --train P1,P3");
     desk.run("simulate other --seed 9").succeeds();
     keep("other.json", "fit other");

@@ -142,8 +142,8 @@ fn out_is_o_wherever_it_is() {
         }
     }
     let desk = desk();
-    desk.run("plot robot -o drawing.svg").succeeds();
-    assert!(desk.path("drawing.svg").exists());
+    desk.run("robot export --format csv -o arm.csv").succeeds();
+    assert!(desk.path("arm.csv").exists());
 }
 
 /// Environment variables with their values.

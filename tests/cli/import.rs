@@ -192,7 +192,7 @@ fn joint_values_are_the_poses_of_the_robot_in_every_analysis() {
     desk.write("angles.csv", &text);
     let imported = desk.data("import angles.csv --out s --robot serial-arm");
     assert_eq!(imported["poses"], serde_json::json!(["Q1", "Q2"]));
-    let fit = "--fix beam.A --fix beam.Iz --fix beam.J --json";
+    let fit = "--parameter beam.A=fixed --parameter beam.Iz=fixed --parameter beam.J=fixed --json";
     let value = |session: &str| {
         let data = desk.run(&format!("fit {session} {fit}")).succeeds().json()["data"].clone();
         data["factors"]["beam"]["Iy"]["value"]

@@ -11,17 +11,18 @@ fn every_result_begins_with_its_data_and_its_robot() {
         ("fit session", 1, true),
         ("fit paper-experiment", 1, true),
         ("diagnose session --no-figures", 1, true),
-        ("plot residuals session --out r", 1, true),
-        ("plot load-displacement session --out l", 1, false),
-        ("map --samples 40 --mechanisms F", 0, true),
-        ("map --samples 40 --mechanisms F --load=0,0,-50", 0, true),
+        ("robot map --samples 40 --mechanisms F", 0, true),
+        (
+            "robot map --samples 40 --mechanisms F --load=0,0,-50",
+            0,
+            true,
+        ),
         ("robot compliance --pose P1", 0, true),
         ("robot show hp-robot", 0, true),
         ("robot check hp-robot", 0, true),
         ("robot show --mobility hp-robot", 0, true),
-        ("robot workspace --samples 50", 0, true),
-        ("significance --beams-only", 0, true),
-        ("diagnose --design sweeps", 0, true),
+        ("robot significance --beams-only", 0, true),
+        ("session plan --procedure sweeps --design", 0, true),
         ("simulate again", 0, true),
     ] {
         let text = desk.run(arguments).succeeds().stdout;
@@ -37,7 +38,8 @@ fn every_result_begins_with_its_data_and_its_robot() {
         }
         assert_eq!(inputs["robot"]["sha256"].is_string(), robot, "{arguments}");
     }
-    assert!(desk.read("r.svg").contains("mechanism"));
+    desk.run("fit session --figures figures").succeeds();
+    assert!(desk.read("figures/residuals.svg").contains("mechanism"));
     assert!(
         desk.read("session/diagnosis/verdict.txt")
             .starts_with("Data: ")

@@ -6,7 +6,7 @@ use super::{Desk, Ran, assert_output_contains, desk};
 
 /// Decodes bytes on standard input.
 fn decode(desk: &Desk, arguments: &str, bytes: &[u8]) -> Ran {
-    let mut command = desk.command(&format!("instrument decode {arguments}"));
+    let mut command = desk.command(&format!("gauge decode {arguments}"));
     Ran::of(command.write_stdin(bytes))
 }
 
@@ -48,18 +48,18 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
 fn a_description_of_ones_own_is_checked_listed_and_used() {
     let desk = desk();
     let shown = desk
-        .run("instrument show generic-ascii --toml")
+        .run("gauge show generic-ascii --toml")
         .succeeds()
         .stdout;
     let own = shown.replace("name = \"generic-ascii\"", "name = \"my-gauge\"");
     desk.write("own/instruments/my-gauge.toml", &own);
     let check = desk
-        .run("instrument check own/instruments/my-gauge.toml")
+        .run("gauge check own/instruments/my-gauge.toml")
         .succeeds();
     for asked in ["overloaded", "capacity", "resolution"] {
         assert!(check.stderr.contains(asked), "{asked}: {}", check.stderr);
     }
-    let data = desk.data("instrument list --protocols own");
+    let data = desk.data("gauge list --protocols own");
     assert_eq!(data["instruments"][0]["name"], "my-gauge");
     let data = decoded(&desk, "my-gauge --protocols own --unit N", b"1.5 kgf\n");
     assert_eq!(data["samples"][0]["value"], 14.709_975);
@@ -87,11 +87,11 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
         &own.replace("baud = 9600", "baud = 9"),
     );
     let error = desk.refusal(
-        "instrument check own/instruments/broken.toml",
+        "gauge check own/instruments/broken.toml",
         10,
         "stiffbench::instrument::description",
     );
     assert_output_contains(&error, &["broken.toml:", "`line.baud` is 9"]);
-    let list = desk.run("instrument list --protocols own").succeeds();
+    let list = desk.run("gauge list --protocols own").succeeds();
     assert!(list.stderr.contains("left out: "), "{}", list.stderr);
 }

@@ -46,7 +46,7 @@ const REFUSED: [(&str, i32, &str, [&str; 3]); 8] = [
         "few",
         40,
         "stiffbench::load_cases::too_few",
-        ["were read: 1", "parameters: 4", "--fix"],
+        ["were read: 1", "parameters: 4", "--parameter"],
     ),
     (
         "slide",
@@ -124,7 +124,7 @@ fn one_name_for_two_poses_is_a_warning() {
     };
     let warnings = |second_j2: &str| {
         desk.write("named.csv", &rows(second_j2));
-        let run = "fit named.csv --robot fanuc.toml --free joint.J1,joint.J2 --json";
+        let run = "fit named.csv --robot fanuc.toml --parameter joint.J1,joint.J2=free --json";
         desk.run(run).succeeds().json()["warnings"].to_string()
     };
     let words = "line 3: pose a has other joint values than in line 2: give each pose its own name";
@@ -136,11 +136,7 @@ fn one_name_for_two_poses_is_a_warning() {
 #[test]
 fn commands_that_need_series_of_loads_say_so() {
     let desk = fanuc();
-    for command in [
-        "stiffness cases.csv",
-        "compare cases.csv cases.csv",
-        "plot residuals cases.csv --robot fanuc.toml",
-    ] {
+    for command in ["stiffness cases.csv", "compare cases.csv cases.csv"] {
         let error = desk.refusal(command, 2, "stiffbench::usage::needs_runs");
         assert_output_contains(&error, &["load cases", "stiffbench diagnose"]);
     }
@@ -298,14 +294,14 @@ fn a_file_that_is_not_there_is_looked_for_among_those_that_are() {
 #[test]
 fn saved_springs_are_read_again_by_robots_of_both_formats() {
     let desk = fanuc();
-    let fit = "fit cases.csv --robot fanuc.toml --free joint.J1,joint.J3.y,tool.x --save-factors fitted.toml";
+    let fit = "fit cases.csv --robot fanuc.toml --parameter joint.J1,joint.J3.y,tool.x=free --save-factors fitted.toml";
     let fitted = desk.data(fit);
     assert!(
         desk.read("fitted.toml").contains("springs = "),
         "{}",
         desk.read("fitted.toml")
     );
-    let kept = "fit cases.csv --robot fanuc.toml --factors fitted.toml --free joint.J2";
+    let kept = "fit cases.csv --robot fanuc.toml --factors fitted.toml --parameter joint.J2=free";
     let again = desk.data(kept);
     let value = |data: &serde_json::Value, name: &str| data["factors"]["springs"][name].as_f64();
     assert!(value(&fitted, "joint.J3.y").unwrap() > 0.0);

@@ -70,7 +70,7 @@ fn six_joint_springs_of_a_real_robot_are_fitted_without_an_option() {
 #[test]
 fn options_choose_springs_poses_and_files() {
     let desk = fanuc();
-    let run = "fit cases.csv --robot fanuc.toml --free joint.J1,joint.J3 --train 1,2,3,4,5,6,7,8 --figures drawn --save-factors fitted.toml";
+    let run = "fit cases.csv --robot fanuc.toml --parameter joint.J1,joint.J3=free --train 1,2,3,4,5,6,7,8 --figures drawn --save-factors fitted.toml";
     let data = desk.data(run);
     let free: Vec<&str> = data["parameters"]
         .as_array()
@@ -96,7 +96,8 @@ fn options_choose_springs_poses_and_files() {
     }
     assert!(desk.path("drawn/correlation.png").exists());
     // The values serve as a start: fixed, they predict what the fit predicted.
-    let again = desk.data("fit cases.csv --robot fanuc.toml --factors fitted.toml --free joint.J6");
+    let again = desk
+        .data("fit cases.csv --robot fanuc.toml --factors fitted.toml --parameter joint.J6=free");
     let value = |data: &serde_json::Value, name: &str| {
         let parameters = data["parameters"].as_array().unwrap().clone();
         let one = parameters
@@ -115,7 +116,7 @@ fn load_cases_that_would_not_help_are_not_planned() {
         .replace("at_mm = [6.9, 245.3, 319.3]", "at_mm = [0, 0, 319.3]");
     desk.write("on-axis.toml", &on_axis);
     let fit = |free: &str| {
-        let run = format!("fit cases.csv --robot on-axis.toml --free {free}");
+        let run = format!("fit cases.csv --robot on-axis.toml --parameter {free}=free");
         (desk.data(&run), desk.run(&run).succeeds().stdout)
     };
     // No force on the axis of the last joint loads its spring.
@@ -182,7 +183,7 @@ fn a_real_robot_is_diagnosed_with_springs_across_its_axes() {
     let few = "pose,joint_J1_deg,force_x_N,displacement_x_um,displacement_y_um,displacement_z_um\n";
     let rows = "a,0,100,10,0,0\nb,90,100,10,0,1\n";
     desk.write("few.csv", &format!("{few}{rows}"));
-    let undecided = desk.data("diagnose few.csv --robot fanuc.toml --free joint.J1");
+    let undecided = desk.data("diagnose few.csv --robot fanuc.toml --parameter joint.J1=free");
     assert_eq!(undecided["verdict"], "insufficient-data");
     assert!(undecided["lacking"][0].is_string());
 }
@@ -296,7 +297,7 @@ fn tables_of_one_robot_are_diagnosed_together() {
     let rows = &lines[head + 1..];
     desk.write("first.csv", &part(&rows[..20]));
     desk.write("second.csv", &part(&rows[20..]));
-    let springs = "--robot fanuc.toml --free joint.J1,joint.J2,joint.J3 --no-figures";
+    let springs = "--robot fanuc.toml --parameter joint.J1,joint.J2,joint.J3=free --no-figures";
     let whole = desk.data(&format!("diagnose cases.csv {springs}"));
     let parts = desk.data(&format!("diagnose first.csv second.csv {springs}"));
     assert_eq!(parts["verdict"], whole["verdict"]);

@@ -1,4 +1,4 @@
-//! `stiffbench map`: its tables and files, shares and their union, and what it refuses.
+//! `stiffbench robot map`: its tables and files, shares and their union, and what it refuses.
 
 use std::fs;
 use std::process::Stdio;
@@ -23,7 +23,7 @@ fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
 #[test]
 fn all_mechanisms_beside_the_paper() {
     let desk = desk();
-    let text = unwrapped(&desk.run("map --samples 400").succeeds().stdout);
+    let text = unwrapped(&desk.run("robot map --samples 400").succeeds().stdout);
     for words in [
         "400 random poses (seed 0)",
         "varied: theta2, theta3; at nominal values: theta1, theta4",
@@ -37,7 +37,7 @@ fn all_mechanisms_beside_the_paper() {
     ] {
         assert!(text.contains(words), "`{words}` is not in\n{text}");
     }
-    let data = desk.data("map --samples 400");
+    let data = desk.data("robot map --samples 400");
     assert_eq!(data["mechanisms"].as_array().unwrap().len(), 6);
     // Every printed cell of the four tables has one of ours.
     let cells = data["paper"].as_array().unwrap();
@@ -68,10 +68,10 @@ fn shares_joined_are_the_whole_byte_by_byte() {
     let study = "--mechanisms A,F --samples 300 --seed 5 --directions x,z";
     for sampling in ["monte-carlo", "grid", "low-discrepancy"] {
         let study = format!("{study} --sampling {sampling}");
-        desk.run(&format!("map {study} --out whole-{sampling}"))
+        desk.run(&format!("robot map {study} --out whole-{sampling}"))
             .succeeds();
         let whole = files(&desk, &format!("whole-{sampling}"));
-        assert_eq!(whole.len(), 6);
+        assert_eq!(whole.len(), 4);
         // Halves, one of which is made of quarters; and sevenths.
         for split in [
             vec!["2/2", "1/4", "3/4"],
@@ -85,24 +85,29 @@ fn shares_joined_are_the_whole_byte_by_byte() {
             );
             let mut names = Vec::new();
             for share in &split {
-                desk.run(&format!("map {study} --shard {share} --out {shards}"))
+                desk.run(&format!("robot map {study} --shard {share} --out {shards}"))
                     .succeeds();
                 names.push(format!("{shards}/{}.map-shard", share.replace('/', "-of-")));
             }
             names.reverse();
-            desk.run(&format!("map merge {} --out {joined}", names.join(" ")))
-                .succeeds();
+            desk.run(&format!(
+                "robot map merge {} --out {joined}",
+                names.join(" ")
+            ))
+            .succeeds();
             assert!(files(&desk, &joined) == whole, "{sampling} {split:?}");
         }
     }
     // What is printed is the same, too.
-    let whole = desk.run(&format!("map {study}")).succeeds().stdout;
+    let whole = desk.run(&format!("robot map {study}")).succeeds().stdout;
     let names: Vec<String> = (1..=7)
         .map(|k| format!("shards-monte-carlo-7/{k}-of-7.map-shard"))
         .collect();
     for shards in [names.join(" "), "shards-monte-carlo-7".to_owned()] {
         assert_eq!(
-            desk.run(&format!("map merge {shards}")).succeeds().stdout,
+            desk.run(&format!("robot map merge {shards}"))
+                .succeeds()
+                .stdout,
             whole
         );
     }
@@ -111,7 +116,7 @@ fn shares_joined_are_the_whole_byte_by_byte() {
 #[test]
 fn another_plane_with_rotation_and_matrix() {
     let desk = desk();
-    let study = "map --robot serial-arm --samples 200 --plane x,z --directions z,rx --matrix";
+    let study = "robot map serial-arm --samples 200 --plane x,z --directions z,rx --matrix";
     let data = desk.data(study);
     assert_eq!(data["plane"], serde_json::json!(["x", "z"]));
     assert_eq!(data["varied"].as_array().unwrap().len(), 4);
@@ -144,13 +149,13 @@ fn another_plane_with_rotation_and_matrix() {
         all.extend(files(&desk, &format!("{folder}/figures")));
         all
     };
-    desk.run(&format!("{study} --out whole --with-figures"))
+    desk.run(&format!("{study} --out whole --figures whole/figures"))
         .succeeds();
     for share in ["1/3", "2/3", "3/3"] {
         desk.run(&format!("{study} --shard {share} --out s"))
             .succeeds();
     }
-    desk.run("map merge s/1-of-3.map-shard s/2-of-3.map-shard s/3-of-3.map-shard --out joined --with-figures")
+    desk.run("robot map merge s/1-of-3.map-shard s/2-of-3.map-shard s/3-of-3.map-shard --out joined --figures joined/figures")
         .succeeds();
     assert!(files_of("joined") == files_of("whole"));
     let table = desk.read("whole/points-A.csv");
@@ -166,7 +171,7 @@ fn another_plane_with_rotation_and_matrix() {
     desk.run(&format!("{study} --shard 1/2 --out other").replace(" --matrix", ""))
         .succeeds();
     let error = desk.refusal(
-        "map merge s/2-of-3.map-shard other/1-of-2.map-shard",
+        "robot map merge s/2-of-3.map-shard other/1-of-2.map-shard",
         11,
         "stiffbench::input::foreign_shard",
     );
@@ -174,7 +179,7 @@ fn another_plane_with_rotation_and_matrix() {
     // A secant stiffness along an axis has no matrix.
     let effect = "--effect joint-backlash@A3:play=30urad,seat_moment=9N*m --at-load 50";
     desk.refusal(
-        &format!("map --mechanisms A --samples 20 {effect} --matrix"),
+        &format!("robot map --mechanisms A --samples 20 {effect} --matrix"),
         10,
         "stiffbench::distribution::linear_only",
     );
@@ -183,51 +188,62 @@ fn another_plane_with_rotation_and_matrix() {
 #[test]
 fn shards_that_do_not_fit_are_refused() {
     let desk = desk();
-    let study = "map --mechanisms A --samples 100 --directions x";
+    let study = "robot map --mechanisms A --samples 100 --directions x";
     for share in ["1/2", "2/2", "1/3"] {
         desk.run(&format!("{study} --shard {share} --out s"))
             .succeeds();
     }
-    desk.run("map --mechanisms A --samples 100 --directions x --seed 1 --shard 2/2 --out other")
-        .succeeds();
+    desk.run(
+        "robot map --mechanisms A --samples 100 --directions x --seed 1 --shard 2/2 --out other",
+    )
+    .succeeds();
     let refusal = |arguments: &str, code: &str| {
         desk.refusal(arguments, 11, &format!("stiffbench::input::{code}"))
     };
-    let error = refusal("map merge s/1-of-2.map-shard", "incomplete_shards");
+    let error = refusal("robot map merge s/1-of-2.map-shard", "incomplete_shards");
     assert_output_contains(&error, &["50 of 100 poses", "all shards"]);
     let error = refusal(
-        "map merge s/1-of-2.map-shard s/2-of-2.map-shard s/1-of-3.map-shard",
+        "robot map merge s/1-of-2.map-shard s/2-of-2.map-shard s/1-of-3.map-shard",
         "overlapping_shards",
     );
     assert_output_contains(&error, &["1-of-2", "1-of-3"]);
     let error = refusal(
-        "map merge s/1-of-2.map-shard other/2-of-2.map-shard",
+        "robot map merge s/1-of-2.map-shard other/2-of-2.map-shard",
         "foreign_shard",
     );
     assert_output_contains(&error, &["the seeds differ"]);
     refusal(
-        "map merge s/1-of-2.map-shard s/3-of-3.map-shard",
+        "robot map merge s/1-of-2.map-shard s/3-of-3.map-shard",
         "not_found",
     );
     // Cut anywhere, or one bit turned, it is no shard.
     let whole = fs::read(desk.path("s/2-of-2.map-shard")).unwrap();
     for end in [0, 3, 100, whole.len() / 2, whole.len() - 1] {
         fs::write(desk.path("s/cut.map-shard"), &whole[..end]).unwrap();
-        refusal("map merge s/1-of-2.map-shard s/cut.map-shard", "shard");
+        refusal(
+            "robot map merge s/1-of-2.map-shard s/cut.map-shard",
+            "shard",
+        );
     }
     let mut turned = whole.clone();
     turned[whole.len() / 2] ^= 4;
     fs::write(desk.path("s/cut.map-shard"), turned).unwrap();
-    refusal("map merge s/1-of-2.map-shard s/cut.map-shard", "shard");
+    refusal(
+        "robot map merge s/1-of-2.map-shard s/cut.map-shard",
+        "shard",
+    );
     desk.write("s/text.map-shard", "pose,stiffness\n");
-    refusal("map merge s/1-of-2.map-shard s/text.map-shard", "shard");
+    refusal(
+        "robot map merge s/1-of-2.map-shard s/text.map-shard",
+        "shard",
+    );
 }
 
 #[test]
 fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
     let desk = desk();
     // A law that is not linear goes pose by pose: slow enough to be killed at work.
-    let study = "map --mechanisms F --samples 30000 --directions x --no-principal --effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m --at-load 50";
+    let study = "robot map --mechanisms F --samples 30000 --directions x --no-principal --effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m --at-load 50";
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_stiffbench"))
         .args(format!("{study} --shard 1/2 --out s").split_whitespace())
         .current_dir(desk.path(""))
@@ -247,7 +263,7 @@ fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
             .succeeds();
     }
     desk.run(&format!("{study} --out whole")).succeeds();
-    desk.run("map merge s/1-of-2.map-shard s/2-of-2.map-shard --out joined")
+    desk.run("robot map merge s/1-of-2.map-shard s/2-of-2.map-shard --out joined")
         .succeeds();
     assert!(files(&desk, "joined") == files(&desk, "whole"));
 }
@@ -255,7 +271,7 @@ fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
 #[test]
 fn the_points_are_a_table_of_the_poses() {
     let desk = desk();
-    desk.run("map --mechanisms A --samples 40 --out out")
+    desk.run("robot map --mechanisms A --samples 40 --out out")
         .succeeds();
     let table = desk.read("out/points-A.csv");
     let mut reader = csv::Reader::from_reader(table.as_bytes());
@@ -288,8 +304,4 @@ fn the_points_are_a_table_of_the_poses() {
         let c = data["compliance"][0][0].as_f64().unwrap();
         assert!((row[6] * 1e6 * c - 1.0).abs() < 1e-9);
     }
-    let mesh = desk.read("out/mesh-A.vtu");
-    assert!(
-        mesh.contains("NumberOfPoints=\"40\"") && mesh.contains("Name=\"stiffness_x_N_per_um\"")
-    );
 }

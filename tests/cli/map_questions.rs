@@ -1,11 +1,11 @@
-//! `stiffbench map` asked for figures, loads, own weight and designs.
+//! `stiffbench robot map` asked for figures, loads, own weight and designs.
 
 use super::{assert_output_contains, desk};
 
 #[test]
 fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     let desk = desk();
-    let arguments = "map --mechanisms F --samples 300 --load 0,-50,0 --limit 0.5";
+    let arguments = "robot map --mechanisms F --samples 300 --load 0,-50,0 --limit 0.5";
     let text = desk.run(arguments).succeeds().stdout;
     for words in [
         "F = (0, -50, 0) N",
@@ -24,25 +24,30 @@ fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     assert!((product / (50.0 * 500.0) - 1.0).abs() < 1e-9, "{product}");
     assert!(number("displacement_y", "greatest") < 0.0);
     // Stiffness and load say the same of the direction of the load.
-    let map = desk.data("map --mechanisms F --samples 300 --directions y --no-principal");
+    let map = desk.data("robot map --mechanisms F --samples 300 --directions y --no-principal");
     let least = map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"]
         .as_f64()
         .unwrap();
     assert!((number("displacement_y", "least") / (-50.0 / least) - 1.0).abs() < 1e-9);
-    desk.run(&format!("{arguments} --out out")).succeeds();
+    desk.run(&format!("{arguments} --out out --figures out/figures"))
+        .succeeds();
     assert!(desk.path("out/figures/load-F.png").is_file() && desk.path("out/map.json").is_file());
 }
 
 #[test]
 fn sag_needs_masses_and_their_absence_is_explained() {
     let desk = desk();
-    let error = desk.refusal("map --samples 10 --sag", 2, "stiffbench::usage::argument");
+    let error = desk.refusal(
+        "robot map --samples 10 --sag",
+        2,
+        "stiffbench::usage::argument",
+    );
     assert_output_contains(&error, &["no masses", "mass_per_m", "density", "[masses]"]);
     let page = include_str!("../../docs/robot-file-1.md");
     let start = page.find("```toml\n").unwrap() + "```toml\n".len();
     let length = page[start..].find("```").unwrap();
     desk.write("arm.toml", &page[start..start + length]);
-    let sag = &desk.data("map --robot arm.toml --samples 50 --sag")["sag"];
+    let sag = &desk.data("robot map arm.toml --samples 50 --sag")["sag"];
     let mechanism = &sag["mechanisms"][1];
     assert_eq!(mechanism["mechanism"], "levelled");
     assert!(
@@ -57,7 +62,7 @@ fn sag_needs_masses_and_their_absence_is_explained() {
     assert!((mass - steel - 2.9 * 0.6 - 15.0).abs() < 1e-9, "{mass}");
     assert!(mechanism["displacement_y"]["greatest"].as_f64().unwrap() < 0.0);
     let text = desk
-        .run("map --robot arm.toml --samples 50 --sag")
+        .run("robot map arm.toml --samples 50 --sag")
         .succeeds()
         .stdout;
     assert!(

@@ -1,4 +1,4 @@
-//! `stiffbench model export`: files for other programs, held to closed forms, to other commands and to what MuJoCo made of them.
+//! `stiffbench robot export`: files for other programs, held to closed forms, to other commands and to what MuJoCo made of them.
 
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ const LAWS: &str = "--effect joint-friction@S2:c=20urad/(N*m),friction_moment=3N
 #[test]
 fn mujoco_gets_the_springs_of_beams_joints_and_base_with_friction_and_play() {
     let arguments =
-        format!("model export --format mjcf --robot serial-arm --factors unit --pose P1 {LAWS}");
+        format!("robot export serial-arm --format mjcf --factors unit --pose P1 {LAWS}");
     let printed = desk().run(&arguments).succeeds().stdout;
     let document = Document::parse(&printed).unwrap();
     let stiffness = |name: &str| attribute(named(&document, "joint", name), "stiffness");
@@ -74,7 +74,7 @@ fn mujoco_gets_the_springs_of_beams_joints_and_base_with_friction_and_play() {
 fn sdf_and_urdf_hold_joints_with_limits_springs_and_friction() {
     let desk = desk();
     let export = |form: &str| {
-        let arguments = format!("model export --format {form} --robot serial-arm --pose P1 {LAWS}");
+        let arguments = format!("robot export serial-arm --format {form} --pose P1 {LAWS}");
         desk.run(&arguments).succeeds().stdout
     };
     let poses = desk.data("robot show serial-arm");
@@ -128,7 +128,7 @@ fn loops_are_welded_kept_or_named() {
     let desk = desk();
     let export = |form: &str| {
         let run = desk.run(&format!(
-            "model export --format {form} --mechanism F --pose P1"
+            "robot export --format {form} --mechanism F --pose P1"
         ));
         run.succeeds().stdout
     };
@@ -159,7 +159,7 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
     desk.write("fit.json", &fit);
     let fit: Value = serde_json::from_str(&fit).unwrap();
     let csv = desk
-        .run("model export --format csv --fit fit.json --pose P3")
+        .run("robot export --format csv --fit fit.json --pose P3")
         .succeeds()
         .stdout;
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
@@ -190,7 +190,7 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
     assert_eq!(found["pose"], "P3");
     assert!((found["value"].parse::<f64>().unwrap() / entry - 1.0).abs() < 1e-9);
     let json = desk
-        .run("model export --format json --fit fit.json")
+        .run("robot export --format json --fit fit.json")
         .succeeds();
     let json: Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(json["poses"].as_array().unwrap().len(), 4);
@@ -259,7 +259,7 @@ fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
         let check = desk.data(&format!("robot check {robot}"));
         let kg = check["mass_kg"].as_f64().unwrap_or(0.0);
         for form in ["mjcf", "urdf", "sdf"] {
-            let line = format!("model export --format {form} --robot {robot} --pose {pose}");
+            let line = format!("robot export {robot} --format {form} --pose {pose}");
             let run = desk.run(&line).succeeds();
             let document = Document::parse(&run.stdout).unwrap();
             let masses = document.descendants().filter_map(|node| {
@@ -298,7 +298,7 @@ fn mujoco_moves_as_the_compliance_says() {
     for (name, arguments) in cases {
         let desk = desk();
         desk.write("springs.json", text("fixtures/mujoco/springs.json"));
-        let line = format!("model export {}", arguments.join(" "));
+        let line = format!("robot export {}", arguments.join(" "));
         let now = desk.run(&format!("{line} --format mjcf")).succeeds().stdout;
         same_model(&now, text(&format!("fixtures/mujoco/{name}.xml")));
         for axis in 0..3 {

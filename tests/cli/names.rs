@@ -1,11 +1,8 @@
-//! One name for one meaning: the tree of commands, names that are older, names that are kept for commands to come.
+//! One name for one meaning: the tree of commands and options.
 
 use std::collections::BTreeMap;
 
 use clap::{Arg, Command};
-use stiffbench::cli::names::{RENAMED_COMMANDS, RENAMED_OPTIONS, RESERVED};
-
-use super::{assert_output_contains, desk};
 
 /// An option of several commands: its name, the forms of its value, and words of which one stands in every help text.
 type Common = (
@@ -25,15 +22,11 @@ const COMMON: &[Common] = &[
     ("positive", &[], &["load of a gauge"]),
     ("repeat", &["REPEAT"], &["repeat of a gauge"]),
     ("baud", &["BAUD"], &["baud rate"]),
-    ("bounds", &["LOW..HIGH|PARAMETER=LOW..HIGH"], &["bounds of all free factors"]),
     ("fit", &["FILE"], &["output of stiffbench fit --json"]),
-    ("fix", &["PARAMETER"], &["keep at their start"]),
     ("base-radius-mm", &["MM"], &["distance of the tool from the vertical through the base"]),
     ("floor-mm", &["MM"], &["lowest height of joints and tool"]),
     ("forbid-poses", &["POSES"], &["poses to exclude from the proposals"]),
     ("limit-margin-percent", &["PERCENT"], &["distance of a joint from its limits"]),
-    ("free", &["PARAMETER"], &["to free", "free parameters"]),
-    ("tie", &["PARAMETER=PARAMETER"], &["in proportion"]),
     ("bindings", &["FILE"], &["bindings file"]),
     ("capture", &["CAPTURE"], &["when a reading is taken"]),
     ("cell", &["CELL"], &["square of a figure"]),
@@ -41,21 +34,20 @@ const COMMON: &[Common] = &[
     ("decimal", &["DECIMAL"], &["decimal sign of the numbers"]),
     ("direction", &["DIRECTION"], &["direction of"]),
     ("directions", &["DIRECTIONS", "AXES|X,Y,Z"], &["directions"]),
+    ("displacement", &["KEY=VALUE,..."], &["displacement gauge"]),
     ("displacement-axes", &["AXES"], &["base axes along which displacement gauges stand"]),
     ("displacement-calibration", &["TABLE"], &["displacement gauge"]),
     ("displacement-instrument", &["NAME|FILE"], &["description of the displacement gauge"]),
-    ("displacement-port", &["PORT"], &["port of the displacement gauge"]),
     ("displacement-u", &["U"], &["expanded uncertainty of the displacement gauge"]),
     ("displacement-unit", &["UNIT"], &["unit set at the displacement gauge", "unit of the displacement"]),
     ("effect", &["EFFECT"], &["effect in addition to the beams"]),
     ("emulated", &[], &["emulated bench"]),
     ("factors", &["NAME|FILE"], &["factor set of the robot"]),
-    ("figures", &["FOLDER"], &["figures"]),
+    ("figures", &["FOLDER"], &["figure", "draw"]),
     ("format", &["FORMAT"], &["format"]),
-    ("figure", &["FILE"], &["as file.svg and file.png"]),
+    ("force", &["KEY=VALUE,..."], &["force gauge"]),
     ("force-calibration", &["TABLE"], &["force gauge"]),
     ("force-instrument", &["NAME|FILE"], &["description of the force gauge"]),
-    ("force-port", &["PORT"], &["port of the force gauge"]),
     ("force-tolerance-n", &["N"], &["tolerance of the operator"]),
     ("force-u", &["U"], &["expanded uncertainty of the force gauge"]),
     ("force-unit", &["UNIT"], &["unit set at the force gauge", "unit of the force"]),
@@ -65,13 +57,16 @@ const COMMON: &[Common] = &[
     ("line", &[], &["plain lines"]),
     ("load", &["FX,FY,FZ", "FX,FY,FZ[,MX,MY,MZ]"], &["load at the end"]),
     ("loads-n", &["N"], &["loads in n"]),
+    ("map", &["WHAT=COLUMN"], &["columns"]),
     ("mechanism", &["NAME"], &["mechanism of the robot"]),
     ("model", &["FILE"], &["model with found physics"]),
     ("no-input", &[], &["never wait for an answer"]),
+    ("no-figures", &[], &["no figures"]),
     ("noise-free", &[], &["without noise"]),
     ("out", &["FOLDER", "FILE"], &["folder", "file"]),
     ("port", &["PORT"], &["path of the"]),
     ("pose", &["POSE"], &["pose"]),
+    ("parameter", &["NAME=free|fixed|tied:NAME|LOW..HIGH"], &["what a fit does with parameters"]),
     ("poses", &["POSES"], &["poses, comma-separated"]),
     ("procedure", &["NAME|FILE"], &["procedure file"]),
     ("protocols", &["FOLDER"], &["folder with your own descriptions"]),
@@ -90,8 +85,8 @@ const COMMON: &[Common] = &[
     ("time-unit", &["UNIT"], &["unit of"]),
     ("train", &["TRAIN"], &["poses to fit"]),
     ("unit", &["UNIT"], &["unit that the gauge shows", "unit of the printed values"]),
+    ("without", &["LAW"], &["laws to exclude"]),
     ("vary", &["VARIABLE,..."], &["variables to vary"]),
-    ("with-figures", &[], &["also figures"]),
 ];
 
 /// Names that would be a second one for a meaning that has one.
@@ -99,15 +94,14 @@ const COMMON: &[Common] = &[
 const SYNONYMS: &[(&str, &[&str])] = &[
     ("answer-file", &["answers"]),
     ("directions", &["axes"]),
-    ("displacement-instrument", &["displacement", "displacement-gauge"]),
-    ("figure", &["plot"]),
-    ("figures", &["plots", "figure-folder"]),
-    ("force-instrument", &["force", "force-gauge"]),
+    ("displacement-instrument", &["displacement-gauge"]),
+    ("figures", &["plots", "figure", "with-figures"]),
+    ("force-instrument", &["force-gauge"]),
     ("instrument", &["gauge", "device"]),
     ("instrument-records", &["instruments"]),
     // --format is that of a file for another program.
     ("json", &["output-format"]),
-    ("load", &["force", "end-load"]),
+    ("load", &["end-load"]),
     ("mechanisms", &["mechanism-list"]),
     ("no-figures", &["without-figures"]),
     ("no-input", &["batch", "non-interactive", "yes"]),
@@ -245,159 +239,5 @@ fn the_page_of_commands_names_everything() {
         let values = values.join("` or `").replace('|', "\\|");
         let row = format!("| `--{long} {values}").trim_end().to_owned();
         assert!(has(&format!("{row}` |")), "{row}");
-    }
-    for row in RENAMED_COMMANDS {
-        let line = format!("| `{}` | `{}` |", row.old, row.now);
-        assert!(has(&line), "{line}");
-    }
-    for row in RENAMED_OPTIONS {
-        let line = format!("| `{} {}` | `{}` |", row.command, row.old, row.now);
-        assert!(has(&line), "{line}");
-    }
-    for row in RESERVED {
-        assert!(has(&format!("| `{}` |", row.command)), "{}", row.command);
-    }
-}
-
-/// Command lines with older names, and the same in today's.
-#[rustfmt::skip]
-const PAIRS: &[(&str, &str)] = &[
-    ("instrument schema", "instrument show --schema"),
-    ("robot mobility serial-arm", "robot show --mobility serial-arm"),
-    ("--progress none --json robot mobility", "--progress none --json robot show --mobility"),
-    ("robot schema --json", "robot show --schema --json"),
-    ("map --poses 60 --mechanism=A,F --direction y --direction -1,0,0 --json", "map --samples 60 --mechanisms=A,F --directions y --directions -1,0,0 --json"),
-    ("map --poses 60 --mechanism F --design", "map --samples 60 --mechanisms F --sensitivity"),
-    ("map --poses 60 --mechanism F --out maps --figures", "map --samples 60 --mechanisms F --out maps --with-figures"),
-    ("map merge shards/1-of-2.map-shard shards/2-of-2.map-shard --out joined --figures", "map merge shards/1-of-2.map-shard shards/2-of-2.map-shard --out joined --with-figures"),
-    ("plot load-displacement --data session --data=session --out o", "plot load-displacement session session --out o"),
-    ("plot --data session stiffness --out o", "plot stiffness session --out o"),
-    ("plot robot --force 0,-50,0 --out o", "plot robot --load 0,-50,0 --out o"),
-    ("plot workspace --poses 60 --out o", "plot workspace --samples 60 --out o"),
-    ("robot compliance --robot serial-arm --json", "robot compliance serial-arm --json"),
-    ("robot compliance --robot hp-robot --pose P1 --set theta2=390 theta3=330 --json", "robot compliance hp-robot --pose P1 --set theta2=390 theta3=330 --json"),
-    ("robot compliance --pose P1 --force=0,-50,0 --json", "robot compliance --pose P1 --load=0,-50,0 --json"),
-    ("robot workspace --poses 60", "robot workspace --samples 60"),
-    ("simulate s --noise skewed --poses P1 --json", "simulate s --noise-distribution skewed --poses P1 --json"),
-];
-
-/// An emulated bench, whose ports have new names in every run.
-#[cfg(unix)]
-const EMULATED: &str = "emulate --force mark10-series5 --displacement mitutoyo-01a --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100";
-
-#[test]
-fn older_names_still_work_and_name_their_replacement() {
-    let mut told = String::new();
-    for (old, now) in PAIRS {
-        let [old, now] = [old, now].map(|line| {
-            let desk = desk();
-            if line.contains("session") {
-                desk.run("simulate session --seed 4").succeeds();
-            }
-            for shard in ["1/2", "2/2"].iter().filter(|_| line.contains("shards")) {
-                let study = "map --samples 60 --mechanisms F --out shards --shard";
-                desk.run(&format!("{study} {shard}")).succeeds();
-            }
-            desk.run(line).succeeds()
-        });
-        assert_eq!(old.stdout, now.stdout, "{}", old.stderr);
-        let notes = old.stderr.lines().filter(|line| line.contains(" is now "));
-        let notes: Vec<&str> = notes.collect();
-        assert!(!notes.is_empty(), "{}", old.stderr);
-        assert!(!now.stderr.contains(" is now "), "{}", now.stderr);
-        told += &(notes.join("\n") + "\n");
-    }
-    #[cfg(unix)]
-    {
-        let desk = desk();
-        told += &desk.run(EMULATED).succeeds().stderr;
-        // What is asked for is not there; the names are told all the same.
-        for session in [
-            "run s --instruments no.toml --emulated --answers no.toml",
-            "resume s --answers no.toml",
-        ] {
-            told += &desk.run(&format!("session {session}")).stderr;
-        }
-    }
-    let unix = |name: &str| cfg!(unix) || !name.contains("emulate");
-    for row in RENAMED_COMMANDS.iter().filter(|row| unix(row.old)) {
-        let note = format!(
-            "note: stiffbench {} is now called stiffbench {}\n",
-            row.old, row.now
-        );
-        assert!(told.contains(&note), "{note}{told}");
-    }
-    for row in RENAMED_OPTIONS.iter().filter(|row| unix(row.command)) {
-        let note = if row.now.starts_with('-') {
-            format!("note: {} is now called {}\n", row.old, row.now)
-        } else {
-            format!("note: {0} {1} is now the argument {1}\n", row.old, row.now)
-        };
-        assert!(told.contains(&note), "{note}{told}");
-    }
-}
-
-#[test]
-fn older_names_are_hidden_and_quiet_omits_their_note() {
-    let options = options();
-    for row in RENAMED_OPTIONS {
-        let old = options.get(row.old.trim_start_matches('-'));
-        let mut old = old.into_iter().flatten();
-        assert!(
-            old.all(|(command, _)| command != row.command),
-            "{} {}",
-            row.command,
-            row.old
-        );
-    }
-    for row in RENAMED_COMMANDS {
-        assert!(
-            shown().iter().all(|(name, _)| name != row.old),
-            "{}",
-            row.old
-        );
-    }
-    let desk = desk();
-    let quiet = desk.run("robot workspace --poses 60 --quiet").succeeds();
-    assert_eq!(quiet.stderr, "");
-    let help = desk.run("help robot mobility").succeeds();
-    assert!(help.stdout.contains("--mobility"), "{}", help.stdout);
-    let wrong = desk.run("robot workspace --poses few").exits_with(2);
-    assert!(
-        wrong
-            .stderr
-            .starts_with("note: --poses is now called --samples\n")
-            && wrong.stderr.contains("'few'"),
-        "{}",
-        wrong.stderr
-    );
-}
-
-#[test]
-fn names_of_commands_to_come_are_refused_with_what_there_is_today() {
-    let desk = desk();
-    let help = desk.run("--help").succeeds().stdout;
-    for row in RESERVED {
-        for arguments in ["", " x.csv --map a=b", " --help"] {
-            let error = desk.refusal(
-                &format!("{}{arguments}", row.command),
-                2,
-                "stiffbench::usage::planned",
-            );
-            assert_output_contains(
-                &error,
-                &[row.command, "not built yet", row.purpose, row.today],
-            );
-        }
-        assert!(
-            shown().iter().all(|(name, _)| name != row.command),
-            "{} is built: take it out of the table",
-            row.command
-        );
-        assert!(
-            !help.contains(&format!("\n  {} ", row.command)),
-            "{}",
-            row.command
-        );
     }
 }

@@ -39,7 +39,7 @@ fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
     let _gauge = mark10(&desk);
     allow(&desk.path("gauge"), 0o000);
     allow(desk.folder.path(), 0o755);
-    let read = "instrument read mark10-series5 --port gauge --json";
+    let read = "gauge read mark10-series5 --port gauge --json";
     let error = &run_without_rights(&desk, read).exits_with(23).json()["error"];
     assert_eq!(error["code"], "stiffbench::port::not_allowed", "{error}");
     let help = error["help"].as_str().unwrap();

@@ -266,12 +266,10 @@ fn a_fit_with_the_model_finds_the_factors_behind_it_and_one_without_does_not() {
         .run("fit paper-experiment --model model.toml")
         .succeeds();
     assert!(list.stderr.contains("10 to 70 N"), "{}", list.stderr);
-    desk.run("significance --model model.toml --pose P1")
+    desk.run("robot significance --model model.toml --pose P1")
         .succeeds();
-    for figure in ["residuals", "stiffness"] {
-        desk.run(&format!("plot {figure} session --model model.toml"))
-            .succeeds();
-    }
-    let drawn = desk.run("plot robot --model model.toml").succeeds();
+    let drawn = desk
+        .run("robot compliance --pose P1 --model model.toml --figures figures")
+        .succeeds();
     assert!(drawn.stderr.contains("base-compliance"), "{}", drawn.stderr);
 }

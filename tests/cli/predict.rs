@@ -48,7 +48,7 @@ fn desk_with_model() -> Desk {
 
 fn predict(desk: &Desk, table: &str) -> Value {
     desk.write("other.csv", table);
-    let run = desk.run("predict part/model.toml --input other.csv --out rows.csv --json");
+    let run = desk.run("part predict part/model.toml other.csv --out rows.csv --json");
     run.succeeds().json()["data"].clone()
 }
 
@@ -181,13 +181,13 @@ fn what_cannot_be_predicted_is_refused() {
         desk.write(name, &text);
         desk.write("table.csv", &of_table);
         let code = format!("stiffbench::part_model::{code}");
-        let arguments = format!("predict {name} --input table.csv");
+        let arguments = format!("part predict {name} table.csv");
         let message = desk.refusal(&arguments, 10, &code)["message"].to_string();
         assert!(message.contains(parts), "{message}");
     }
     desk.write("table.csv", &table.replace("travel_mm", "way_mm"));
     let code = "stiffbench::specimen::missing_column";
-    desk.refusal("predict part/model.toml --input table.csv", 11, code);
+    desk.refusal("part predict part/model.toml table.csv", 11, code);
 }
 
 #[test]
@@ -206,11 +206,11 @@ fn a_configuration_that_was_not_fitted_is_refused() {
     ))
     .succeeds();
     desk.write("B.csv", &table(named("B", 3)));
-    desk.run("predict part/model.toml --input B.csv").succeeds();
+    desk.run("part predict part/model.toml B.csv").succeeds();
     desk.write("C.csv", &table(named("C", 3)));
     let code = "stiffbench::part_model::unknown_configuration";
     let message =
-        desk.refusal("predict part/model.toml --input C.csv", 10, code)["message"].to_string();
+        desk.refusal("part predict part/model.toml C.csv", 10, code)["message"].to_string();
     assert!(
         message.contains("`C`") && message.contains("`A`, `B`"),
         "{message}"
@@ -242,7 +242,7 @@ fn options_of_a_robot_are_refused_with_a_part() {
         "--robot hp-robot",
         "--mechanism F",
         "--model m.toml",
-        "--free joint.A3",
+        "--parameter joint.A3=free",
     ] {
         let arguments = format!("diagnose part.csv {COLUMNS} {option}");
         desk.refusal(&arguments, 2, "stiffbench::usage::argument");

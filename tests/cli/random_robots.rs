@@ -138,7 +138,7 @@ fn intervals_of(seeds: std::ops::RangeInclusive<u64>) -> [usize; 2] {
                 "simulate s{noise} --robot robot.toml --load-cases 40 --seed {seed}"
             ))
             .succeeds();
-            let fit = desk.data(&format!("fit s{noise} --free {free}"));
+            let fit = desk.data(&format!("fit s{noise} --parameter {free}=free"));
             for (name, truth) in &robot.springs {
                 let parameters = fit["parameters"].as_array().unwrap();
                 let own = parameters.iter().find(|own| own["name"] == name.as_str());
@@ -152,7 +152,7 @@ fn intervals_of(seeds: std::ops::RangeInclusive<u64>) -> [usize; 2] {
                 hold += usize::from((low..=high).contains(truth));
             }
         }
-        desk.data(&format!("diagnose s0 --free {free} --no-figures"));
+        desk.data(&format!("diagnose s0 --parameter {free}=free --no-figures"));
     }
     [hold, all]
 }

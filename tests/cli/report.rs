@@ -69,14 +69,14 @@ fn a_page_stands_alone_is_small_and_has_the_same_bytes_twice() {
     assert_eq!(page, desk.read("third.html"));
 }
 
-/// The command `map` is another way to the same numbers.
+/// The command `robot map` is another way to the same numbers.
 #[test]
 fn the_map_of_a_page_is_that_of_the_fitted_model() {
     let desk = desk_with_report("");
     let fit = desk.run("fit session --json").succeeds().stdout;
     desk.write("fit.json", &fit);
     let map = desk.data(
-        "map --fit fit.json --mechanisms F --samples 600 --sampling low-discrepancy --directions x,y,z",
+        "robot map --fit fit.json --mechanisms F --samples 600 --sampling low-discrepancy --directions x,y,z",
     );
     let page = desk.data("report session --no-diagnosis --out again.html");
     let rows = rows(&page, &["direction", "smallest", "largest"]);

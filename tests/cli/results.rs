@@ -79,12 +79,6 @@ fn robots() {
     );
     both(
         &desk,
-        "robot workspace --samples 50",
-        &["furthest", "theta2"],
-        "robot-workspace",
-    );
-    both(
-        &desk,
         "robot compliance --pose P1",
         &["rz", "m/N"],
         "robot-compliance",
@@ -99,13 +93,13 @@ fn significance() {
     let desk = desk();
     both(
         &desk,
-        "significance --pose P1 --factors unit",
+        "robot significance --pose P1 --factors unit",
         &["Iy", "mechanism F"],
         "significance",
     );
     both(
         &desk,
-        "significance --beams-only",
+        "robot significance --beams-only",
         &["Pose P1"],
         "significance",
     );
@@ -114,11 +108,11 @@ fn significance() {
 #[test]
 fn figures_and_sessions_are_listed_where_they_were_written() {
     let desk = desk();
-    both(
-        &desk,
-        "plot robot --load 0,-50,0",
-        &["robot.svg", "robot.png"],
-        "plot",
+    let drawn = desk.run("robot compliance --load 0,-50,0 --figures drawn");
+    let written = drawn.succeeds().stderr;
+    assert!(
+        written.contains("robot.svg") && written.contains("robot.png"),
+        "{written}"
     );
     assert!(
         desk.run("simulate a")

@@ -65,14 +65,11 @@ fn six_robots_go_through_every_command() {
             format!("robot show {robot}"),
             format!("robot check {robot}"),
             format!("robot show --mobility {robot}"),
-            format!("robot workspace {robot} --samples 300 --figure workspace.svg"),
-            format!("robot compliance {robot} --pose {pose}"),
-            format!("plot robot --robot {robot} --pose {pose} --out robot.svg"),
-            format!("significance --robot {robot} --pose {pose} --beams-only"),
+            format!("robot compliance {robot} --pose {pose} --figures drawn"),
+            format!("robot significance {robot} --pose {pose} --beams-only"),
             format!("simulate s --robot {robot} --seed {seed}"),
-            "stiffness s".to_owned(),
+            "stiffness s --figures drawn".to_owned(),
             "compare s s".to_owned(),
-            "plot load-displacement s --out l.svg".to_owned(),
             "diagnose s --no-figures".to_owned(),
         ] {
             object(&desk, &arguments);
@@ -167,7 +164,7 @@ fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
 fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
     let map = object(
         desk,
-        &format!("map --robot {robot} --samples 200 --out map --with-figures"),
+        &format!("robot map {robot} --samples 200 --out map --figures map/figures"),
     );
     for mechanism in map["data"]["mechanisms"].as_array().unwrap() {
         for column in mechanism["stiffness"].as_array().unwrap() {
@@ -313,7 +310,7 @@ fn columns_of_a_table_of_load_cases_are_printed_and_read() {
         let rows = rows.map(|(pose, joint)| row(pose, joint)).join("\n");
         desk.write("table.csv", &format!("{line}\n{rows}\n"));
         let spring = check["free_springs"][0].as_str().unwrap();
-        let fit = format!("fit table.csv --robot {robot}.toml --free {spring} --json");
+        let fit = format!("fit table.csv --robot {robot}.toml --parameter {spring}=free --json");
         let fit = desk.run(&fit).succeeds().json();
         assert_eq!(fit["data"]["components"].as_array().unwrap().len(), 12);
         assert!(!fit["warnings"].to_string().contains("no joint column"));
@@ -343,8 +340,9 @@ fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     let kept = of("not_identified");
     assert_eq!(kept.len(), 1);
     assert_eq!(kept[0]["name"], "joint.panda_joint7");
-    // What `--free` names takes the place of what the file frees.
-    let one = desk.data("fit arm --free joint.panda_joint2 --fix joint.panda_joint1");
+    // What is named as free takes the place of what the file frees.
+    let one = desk
+        .data("fit arm --parameter joint.panda_joint2=free --parameter joint.panda_joint1=fixed");
     let free = one["parameters"].as_array().unwrap().iter();
     assert_eq!(free.filter(|one| one["status"] == "free").count(), 1);
 

@@ -16,7 +16,6 @@ fn overdue_calibration_exits_with_12() {
         "stiffness session",
         "fit session",
         "compare session session",
-        "plot load-displacement session",
     ] {
         let ran = desk.run(subcommand).succeeds();
         assert!(
@@ -31,9 +30,8 @@ fn overdue_calibration_exits_with_12() {
     let page = desk.run("stiffness session --quiet").succeeds().stdout;
     let mark = "CALIBRATION OVERDUE: force gauge (due 2002-01-01)";
     assert!(page.contains(mark), "{page}");
-    desk.run("plot residuals session --out residuals")
-        .succeeds();
-    assert!(desk.read("residuals.svg").contains(mark));
+    desk.run("fit session --figures figures").succeeds();
+    assert!(desk.read("figures/residuals.svg").contains(mark));
     desk.run("export session --out tables").succeeds();
     for table in ["readings", "stiffness", "budget", "loads"] {
         let text = desk.read(&format!("tables/{table}.csv"));
@@ -53,8 +51,8 @@ fn overdue_calibration_exits_with_12() {
     let fit = desk.run("fit session --json").succeeds();
     desk.write("fit.json", &fit.stdout);
     for command in [
-        "map --mechanisms F --samples 9 --fit fit.json",
-        "model export --format csv --fit fit.json",
+        "robot map --mechanisms F --samples 9 --fit fit.json",
+        "robot export --format csv --fit fit.json",
     ] {
         let ran = desk.run(command).succeeds();
         let repeated = "fit.json: calibration overdue: force gauge (due 2002-01-01)";
@@ -78,7 +76,7 @@ fn a_factor_that_the_data_do_not_determine_exits_with_41() {
     assert!(open(&desk.data(arguments)) > 0);
     desk.run(&format!("{arguments} --strict")).exits_with(41);
     desk.run("simulate session --seed 4").succeeds();
-    let arguments = "fit session --fix beam.J";
+    let arguments = "fit session --parameter beam.J=fixed";
     assert_eq!(open(&desk.data(arguments)), 0);
     desk.run(&format!("{arguments} --strict")).succeeds();
 }

@@ -326,7 +326,7 @@ fn turned_with_their_robot_forces_and_displacements_give_the_same_springs() {
         let fix = if name == "cases" {
             ""
         } else {
-            "--fix joint.J6"
+            "--parameter joint.J6=fixed"
         };
         let table = desk.read(&format!("{name}/readings.csv"));
         desk.write("table.csv", &table);

@@ -124,7 +124,7 @@ fn springs_are_fitted_from_a_guided_session_and_from_the_one_it_plans() {
         desk.read("s/session.toml")
             .contains("[procedure.joint_values")
     );
-    let springs = "--fix beam.A,beam.Iy,beam.Iz,beam.J --free joint.S1,joint.S2,joint.S3,joint.S4";
+    let springs = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed --parameter joint.S1,joint.S2,joint.S3,joint.S4=free";
     let first = desk.data(&format!("fit s {springs} --next next.toml"));
     let of = |data: &Value, name: &str| {
         let parameters = data["parameters"].as_array().unwrap();
@@ -248,7 +248,7 @@ fn a_simulated_session_of_three_gauges_is_one_that_a_bench_makes() {
     std::fs::remove_dir_all(desk.path("t")).unwrap();
     let stderr = slip("(0,0.6,0.8).2.3/z");
     assert!(!stderr.contains("does not act"), "{stderr}");
-    desk.run("fit s --fix beam.A,beam.J").succeeds();
+    desk.run("fit s --parameter beam.A,beam.J=fixed").succeeds();
 }
 
 #[test]

@@ -230,8 +230,8 @@ fn both_commands_give_one_error_in_poses_left_out() {
         let before = unseen("");
         // What is found is a parameter of a fit too: the fit must say of it what the diagnosis says.
         assert!(names.iter().all(|name| !name.contains('@')), "{names:?}");
-        let joints = "--free joint.J1,joint.J2,joint.J3,joint.J4,joint.J5,joint.J6";
-        let after = unseen(&format!("{joints},{}", names.join(",")));
+        let joints = "--parameter joint.J1,joint.J2,joint.J3,joint.J4,joint.J5,joint.J6";
+        let after = unseen(&format!("{joints},{}=free", names.join(",")));
         assert!(after < 0.9 * before, "{names:?}: {before} to {after}");
         // A diagnosis weighs by the scatter of the slopes too, a fit without repeats by what it leaves.
         for (said, fitted) in [(said("before"), before), (said("after"), after)] {

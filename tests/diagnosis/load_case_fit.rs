@@ -226,7 +226,7 @@ fn a_spring_that_a_pose_does_not_load_is_named() {
     for (column, force) in FORCES.into_iter().zip([0, 0, 200]) {
         lifted.set(0, column, &force);
     }
-    let two = "--fix beam.A,beam.Iy,beam.Iz,beam.J --free joint.J1,joint.J2";
+    let two = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed --parameter joint.J1,joint.J2=free";
     let fit = RobotFile::fanuc().fit(&lifted, two);
     let first = parameter(&fit, "joint.J1");
     assert_eq!(first["status"], "not_identified");
@@ -271,7 +271,7 @@ fn a_beam_and_a_spring_are_fitted_together() {
     let cases = "--load-cases 12 --poses P1,P2,P3,P4 --loads-n 60 --repeats 1 --noise-free";
     let options = format!("{model} {cases} --true-factor beam.Iy=0.6,joint.S3=8e-6");
     let table = Table::simulated(&options, &[]);
-    let free = "--fix beam.A,beam.Iz,beam.J --free joint.S3";
+    let free = "--parameter beam.A,beam.Iz,beam.J=fixed --parameter joint.S3=free";
     let fit = table.data("fit", &format!("{model} {free}"));
     let [iy, spring] = ["beam.Iy", "joint.S3"].map(|name| number(&parameter(&fit, name)["value"]));
     assert!((iy - 0.6).abs() < 1e-5, "{iy}");

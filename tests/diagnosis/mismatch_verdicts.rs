@@ -263,7 +263,7 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
 fn a_base_that_rocks_about_a_horizontal_axis_is_named_where_z_is_up() {
     let robot = RobotFile::fanuc();
     let bench = "--poses P1,P2,P3,P4 --procedure load-hold-unload --reading-sd-um 1.2 --zero-sd-um 2 --run-slope-sd 0.002";
-    let free = "--fix beam.A,beam.Iy,beam.Iz,beam.J --free joint.J1,joint.J2,joint.J3,joint.J4,joint.J5,joint.J6";
+    let free = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed --parameter joint.J1,joint.J2,joint.J3,joint.J4,joint.J5,joint.J6=free";
     for (axis, seed, effect) in [
         ("x", 60, "base-compliance@x:c=0.04952743urad/(N*m)"),
         ("y", 61, "base-compliance@y:c=0.04995521urad/(N*m)"),

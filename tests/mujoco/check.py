@@ -1,4 +1,4 @@
-"""Hangs a load on models that `stiffbench model export --format mjcf` writes, in MuJoCo, and compares the displacement of the end.
+"""Hangs a load on models that `stiffbench robot export --format mjcf` writes, in MuJoCo, and compares the displacement of the end.
 
     python3 -m venv venv && venv/bin/pip install mujoco yourdfpy pin pybullet example-robot-data
     venv/bin/python tests/mujoco/check.py target/release/stiffbench            compare
@@ -9,7 +9,7 @@ MuJoCo steps each model until it is at rest; nothing of stiffbench takes part. T
 
 Masses: of every shipped robot, every template, 60 random robots and robots made of public URDFs, MuJoCo, yourdfpy, Pinocchio and PyBullet load what is exported. Mass
 and centre of mass must agree, with the robot file and among them; inertias of the SDF must be those of a body; links must be visible. MuJoCo's sag under gravity must
-lie within 1 % of `map --sag`.
+lie within 1 % of `robot map --sag`.
 """
 
 import argparse
@@ -42,7 +42,7 @@ FOLDER = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "mujoco"
 
 
 def export(program, arguments, form):
-    command = [program, "model", "export", "--format", form, "--quiet", *arguments]
+    command = [program, "robot", "export", "--format", form, "--quiet", *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 

@@ -1,4 +1,4 @@
-"""Builds robots in OpenSees from their robot files and compares compliance and sag of the tool with `robot compliance` and `map --sag`.
+"""Builds robots in OpenSees from their robot files and compares compliance and sag of the tool with `robot compliance` and `robot map --sag`.
 
     python3 -m venv venv && venv/bin/pip install openseespy numpy example-robot-data pybullet
     venv/bin/python tests/opensees/check.py target/release/stiffbench            compare

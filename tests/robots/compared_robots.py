@@ -69,7 +69,7 @@ def sag_of(program, robot):
     """Values of the variables by name in a random pose, the mass, kg, and how far the tool sags there, m; `None` for a robot without masses."""
     if printed(program, "robot", "check", robot).get("mass_kg") is None:
         return None
-    found = printed(program, "map", "--sag", "--samples", "1", "--robot", robot)["sag"]["mechanisms"][0]
+    found = printed(program, "robot", "map", robot, "--sag", "--samples", "1")["sag"]["mechanisms"][0]
     names = [variable["name"] for variable in printed(program, "robot", "show", robot)["variables"]]
     values = dict(zip(names, found["displacement"]["worst"]["angles_deg"]))
     return values, found["mass_kg"], [1e-6 * found[f"displacement_{axis}"]["least"] for axis in "xyz"]

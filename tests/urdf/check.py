@@ -5,7 +5,7 @@
     venv/bin/python tests/urdf/check.py target/release/stiffbench --write    write fixtures/urdf/kinematics.json again, for tests/robot_new.rs
 
 Nothing is changed by hand: the file that the command writes gets the poses, and `robot check` says where the tool is. The position must
-agree to 1e-9 m, the mass of all that moves on the base to a millionth, its centre in the URDF that `model export` writes with all joints at zero to 1e-6 m. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
+agree to 1e-9 m, the mass of all that moves on the base to a millionth, its centre in the URDF that `robot export` writes with all joints at zero to 1e-6 m. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
 the tip in the axes of the base; the URDFs stay in their packages.
 """
 
@@ -99,7 +99,7 @@ def with_poses(text, chain, poses):
 
 def exported_centre(pin, program, file):
     """Centre of mass of the URDF that is exported again with all joints at zero, m."""
-    command = [program, "model", "export", "--format", "urdf", "--robot", str(file), "--pose", "Zero", "--quiet"]
+    command = [program, "robot", "export", "--format", "urdf", "--robot", str(file), "--pose", "Zero", "--quiet"]
     model = pin.buildModelFromXML(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     data = model.createData()
     pin.forwardKinematics(model, data, pin.neutral(model))

@@ -50,7 +50,6 @@ mod surface_panel;
 mod text_room;
 mod ticks;
 mod value_table;
-mod workspace;
 
 pub use before_after::{
     BeforeAfterPoint, ResidualsAgainst, ResidualsBeforeAfter, residuals_before_after,
@@ -82,7 +81,7 @@ pub use plane_bins::{BinValue, PlaneBin, PlaneBins};
 pub use plane_map::{
     PlaneMapDifference, PlaneMapFigure, plane_map, plane_map_difference, plane_map_sheet,
 };
-pub use plane_panel::{PlaneMap, ValueAt};
+pub use plane_panel::{NamedPoint, PlaneMap, ValueAt};
 pub use png::to_png;
 pub use power_curves::{LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 pub use quantities::{AxisQuantity, Quantities};
@@ -91,7 +90,6 @@ pub use robot_drawing::{DrawnJoint, DrawnKind, DrawnMember, DrawnNode, RobotDraw
 pub use robot_pose::robot_pose;
 pub use robot_views::DrawnAxes;
 pub use stiffness_comparison::{ComparedCell, StiffnessComparison, stiffness_comparison};
-pub use workspace::{NamedPoint, WorkspaceProjection, workspace};
 
 /// Why a figure could not become an image.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -10,7 +10,6 @@ use super::font;
 use super::palette::{Colour, Marker};
 use super::plane_bins::PlaneBins;
 use super::ticks::Tick;
-use super::workspace::NamedPoint;
 
 /// Size of the numbers on lines, px.
 const LEVEL_PX: f64 = 10.0;
@@ -24,6 +23,17 @@ const LEVELS: usize = 10;
 const SHORTEST: f64 = 1.6;
 /// A line shorter than this many squares is a speck that the steps of the border left.
 const SPECK: f64 = 2.0;
+
+/// A named point of a plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedPoint {
+    /// Name.
+    pub name: String,
+    /// Coordinate across, m.
+    pub across_m: f64,
+    /// Coordinate upward, m.
+    pub up_m: f64,
+}
 
 /// A quantity over two coordinates of the end.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,19 +1,19 @@
 //! Every figure comes out: the SVG is the same twice, becomes a PNG, stays small enough for a report, and no text touches another or
 //! leaves the sheet, as resvg measures it with the embedded font.
 //!
-//! The figures are written to `target/figures-check/` as SVG and PNG, to be checked. The robot, its poses and its workspace are
+//! The figures are written to `target/figures-check/` as SVG and PNG, to be checked. The robot, its poses are
 //! the shipped ones; measured stiffness is Table VI; readings, residuals and correlations are made up with seeded noise.
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use stiffbench_beams::robot::{ElementClass, JointModel, Pose, Predictor, Robot, Theory};
+use stiffbench_beams::robot::{ElementClass, JointModel, Predictor, Robot, Theory};
 use stiffbench_beams::structure::Attachment;
 use stiffbench_figures::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnAxes, DrawnFactor, DrawnJoint,
     DrawnKind, DrawnMember, DrawnNode, FactorFate, FactorIntervals, FittedLine, LoadCurvePoints,
-    LoadDisplacement, NamedPoint, Quantities, ResidualMeasure, ResidualPoint, Residuals,
-    RobotDrawing, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
-    factor_intervals, load_displacement, residuals, robot_pose, stiffness_comparison, workspace,
+    LoadDisplacement, Quantities, ResidualMeasure, ResidualPoint, Residuals, RobotDrawing,
+    SessionCurves, StiffnessComparison, correlation, factor_intervals, load_displacement,
+    residuals, robot_pose, stiffness_comparison,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
@@ -216,59 +216,6 @@ fn fitting_factors() {
         ],
     });
     check("factors", &figure);
-}
-
-#[test]
-fn workspace_projection() {
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-    let mechanism = robot.mechanism(Some("A")).unwrap();
-    let mut predictor = Predictor::new(&robot, mechanism, &robot.default_factors().1).unwrap();
-    let mut end_of = |pose: &Pose| {
-        predictor.place(pose).unwrap();
-        let structure = predictor.model().structure();
-        let [_, y, z] = structure.nodes[structure.end.node].position_m;
-        [z, y]
-    };
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let mut points_z_y_m = Vec::new();
-    while points_z_y_m.len() < 30_000 {
-        let mut pose = robot.nominal_pose();
-        for name in ["theta2", "theta3"] {
-            let place = robot.variable(name).unwrap();
-            let variable = &robot.variables[place];
-            pose.angles_deg[place] = random.random_range(variable.min_deg..variable.max_deg);
-        }
-        if robot.violated_limits(&pose).is_empty() {
-            points_z_y_m.push(end_of(&pose));
-        }
-    }
-    let named = |name: &str, [across_m, up_m]: [f64; 2]| NamedPoint {
-        name: name.to_owned(),
-        across_m,
-        up_m,
-    };
-    let extremes = robot
-        .poses
-        .iter()
-        .map(|pose| named(pose.id.as_str(), end_of(&pose.pose)))
-        .collect();
-    // Stated points of the shipped robot file.
-    let stated = vec![
-        named("P1", [1.638, 1.229]),
-        named("P2", [1.7076, 0.901]),
-        named("P3", [1.538, 0.396]),
-        named("P4", [1.384, 0.966]),
-    ];
-    let mut input = WorkspaceProjection {
-        points_z_y_m,
-        extremes,
-        stated,
-        stated_by: "as published".to_owned(),
-        axes: ["z, radial", "y, vertical"].map(str::to_owned),
-    };
-    check("workspace", &workspace(&input));
-    input.points_z_y_m.truncate(2000);
-    check("workspace-few", &workspace(&input));
 }
 
 /// The drawing of a robot under a force at its end.

@@ -29,7 +29,7 @@ fn the_published_schema_is_that_of_the_reader() {
     let generated = format!("{:#}\n", json_schema());
     assert!(
         published == generated,
-        "write the schema anew: stiffbench instrument show --schema > docs/instrument-description.schema.json"
+        "write the schema anew: stiffbench gauge show --schema > docs/instrument-description.schema.json"
     );
     assert!(jsonschema::meta::is_valid(&json_schema()));
     assert!(!generated.contains("null"));

@@ -233,7 +233,7 @@ def call(command):
 
 
 def can_predict(program):
-    return subprocess.run([program, "predict", "--help"], capture_output=True).returncode == 0
+    return subprocess.run([program, "part", "predict", "--help"], capture_output=True).returncode == 0
 
 
 def write(path, data, rows):
@@ -276,7 +276,7 @@ def predicted(program, data, folder):
     """Positions that the model of the last diagnosis predicts for all rows."""
     table = pathlib.Path(folder) / "all.csv"
     write(table, data, np.full(len(data["run"]), True))
-    told = call([program, "predict", f"{folder}/out/model.toml", "--input", str(table), "--json", "-q"])
+    told = call([program, "part", "predict", f"{folder}/out/model.toml", str(table), "--json", "-q"])
     if not told.get("ok"):
         raise RuntimeError(told["error"]["message"])
     rows = next(value for value in told["data"].values() if isinstance(value, list) and len(value) == len(data["run"]))
@@ -441,7 +441,7 @@ def main():
     files = {path.stem: read(path) for path in paths}
     ours_predicts = can_predict(arguments.program)
     if not ours_predicts:
-        print(f"{arguments.program} has no command `predict`: its errors are left out, its names are not")
+        print(f"{arguments.program} has no command `part predict`: its errors are left out, its names are not")
     result = compare(arguments.program, files, ours_predicts)
     result["wanted"] = criteria(result)
     out = pathlib.Path(arguments.out)

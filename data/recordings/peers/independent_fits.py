@@ -5,7 +5,7 @@
 Each recording is fitted with the sets of laws that may be right for it. Unseen are whole runs, left out in turn; of a recording with one run,
 every second of twenty blocks of neighbouring readings. Every run has a zero of its own, every configuration a fit of its own. The quantity
 that is set is known throughout, so that friction and relaxation keep their memory. With --program, stiffbench is asked for the same laws on the
-same rows: its model predicts the unseen ones (command `predict`). README.md states the figures that are wanted.
+same rows: its model predicts the unseen ones (command `part predict`). README.md states the figures that are wanted.
 """
 
 import argparse
@@ -284,7 +284,7 @@ def of_program(program, recording, header, rows, parts):
                 table = pathlib.Path(folder) / "all.csv"
                 with open(table, "w", newline="") as file:
                     csv.writer(file).writerows([header, *(rows[i] for i in places)])
-                done = subprocess.run([program, "predict", f"{folder}/out/model.toml", "--input", str(table), "--json", "-q"], capture_output=True, text=True)
+                done = subprocess.run([program, "part", "predict", f"{folder}/out/model.toml", str(table), "--json", "-q"], capture_output=True, text=True)
                 try:
                     told = json.loads(done.stdout)
                     listed = next(value for value in told["data"].values() if isinstance(value, list) and len(value) == len(places))
@@ -303,8 +303,8 @@ def main():
     parser.add_argument("--out", default="results/independent_fits", help="results go to NAME.json and NAME.md")
     parser.add_argument("--only", default="", help="only recordings whose name contains this")
     arguments = parser.parse_args()
-    if arguments.program and subprocess.run([arguments.program, "predict", "--help"], capture_output=True).returncode:
-        print(f"{arguments.program} has no command `predict`: only the fits are made")
+    if arguments.program and subprocess.run([arguments.program, "part", "predict", "--help"], capture_output=True).returncode:
+        print(f"{arguments.program} has no command `part predict`: only the fits are made")
         arguments.program = None
     results = []
     for recording in recordings.known(arguments.only):

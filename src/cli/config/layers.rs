@@ -117,7 +117,7 @@ pub(in crate::cli) struct ConfigSetting {
 /// All settings, in alphabetical order.
 #[rustfmt::skip]
 pub(in crate::cli) const SETTINGS: [ConfigSetting; 6] = [
-    ConfigSetting { name: "bindings", option: "bindings", default: Some(crate::cli::gauge::BINDINGS_FILE), purpose: "bindings file: which gauge is on which adapter", is_path: true, values: &[] },
+    ConfigSetting { name: "bindings", option: "bindings", default: Some(crate::cli::gauge::open::BINDINGS_FILE), purpose: "bindings file: which gauge is on which adapter", is_path: true, values: &[] },
     ConfigSetting { name: "operator", option: "operator", default: None, purpose: "operator of new sessions", is_path: false, values: &[] },
     ConfigSetting { name: "place", option: "place", default: None, purpose: "place of new sessions", is_path: false, values: &[] },
     ConfigSetting { name: "progress", option: "progress", default: Some("auto"), purpose: "progress on standard error", is_path: false, values: &["auto", "bar", "text", "none"] },

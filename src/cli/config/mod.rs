@@ -15,7 +15,6 @@ use crate::report::{ConfigReport, SettingOrigin, SettingReport};
 
 use super::args::{Global, ProgressMode};
 use super::failure::Failure;
-use super::names::{Settled, command_words};
 use super::outcome::Outcome;
 
 pub(super) use layers::{Config, ConfigError, unknown_variables};
@@ -143,15 +142,40 @@ fn progress_word(mode: ProgressMode) -> Option<&'static str> {
     }
 }
 
+/// A command line with what the configuration adds to it.
+#[derive(Debug, Default)]
+pub(super) struct Settled {
+    /// The words, the first is the program's name.
+    pub(super) arguments: Vec<OsString>,
+    /// What the user should know of the settings among them.
+    pub(super) notes: Vec<String>,
+}
+
+/// Options of every command that may stand before its name.
+const LEADING: &[&str] = &[
+    "--json",
+    "--strict",
+    "--trust-csv",
+    "--quiet",
+    "-q",
+    "--no-config",
+    "--verbose",
+    "-v",
+    "-vv",
+];
+
+/// Those of them that take a value.
+const LEADING_WITH_VALUE: [&str; 2] = ["--progress", "--color"];
+
 /// A command line with the options that the configuration adds, and a note for each that a result does not print itself.
 ///
 /// # Errors
 /// For a configuration that cannot be read, of commands that it could change.
-pub(super) fn with_settings(settled: Settled, tree: &Command) -> Result<Settled, ConfigError> {
-    let Settled {
-        arguments,
-        mut notes,
-    } = settled;
+pub(super) fn with_settings(
+    arguments: Vec<OsString>,
+    tree: &Command,
+) -> Result<Settled, ConfigError> {
+    let mut notes = Vec::new();
     let is_ignored = arguments.iter().any(|word| word == NO_CONFIG);
     if !is_ignored {
         notes.extend(unknown_variables());
@@ -188,6 +212,33 @@ pub(super) fn with_settings(settled: Settled, tree: &Command) -> Result<Settled,
         arguments: all,
         notes,
     })
+}
+
+/// The words that name the command, and where they stand.
+fn command_words(arguments: &[OsString], tree: &Command) -> (Vec<String>, Vec<usize>) {
+    let (mut words, mut at) = (Vec::<String>::new(), Vec::new());
+    let mut now = tree;
+    let mut place = 1;
+    while let Some(word) = arguments.get(place).and_then(|word| word.to_str()) {
+        if LEADING_WITH_VALUE.contains(&word) {
+            place += 1;
+        } else if word.starts_with('-') {
+            let name = word.split('=').next().unwrap_or(word);
+            let of_all = LEADING.contains(&word) || LEADING_WITH_VALUE.contains(&name);
+            if !of_all {
+                break;
+            }
+        } else {
+            let Some(below) = now.find_subcommand(word) else {
+                break;
+            };
+            now = below;
+            words.push(word.to_owned());
+            at.push(place);
+        }
+        place += 1;
+    }
+    (words, at)
 }
 
 /// The command of these words.

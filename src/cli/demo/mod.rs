@@ -26,9 +26,7 @@ use super::export::check_free;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
-use super::plot::residuals;
 use super::progress::progress;
-use super::robot::workspace_projection;
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
@@ -89,11 +87,6 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         figure(name, drawn)?;
     }
     bar.inc(1);
-    figure("residuals", &residuals(&prepared, outcome)?)?;
-    figure(
-        "workspace",
-        &workspace_projection(robot, 30_000, 0)?.figure(robot),
-    )?;
     bar.inc(1);
     let mut predictor = Predictor::new(robot, prepared.model.mechanism()?, &outcome.factors)?;
     predictor.place(robot.pose(&PoseId::new("P1"))?)?;

@@ -8,7 +8,7 @@ use clap::Args;
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
-use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
+use crate::cli::gauge::lines::{GaugeLineArgs, table_of};
 use crate::cli::option_values::{OptionValue, decimal_signs, one_of, word_of};
 use crate::cli::outcome::shell_word;
 use crate::import::{ImportMapping, ImportedQuantity, MarkWord};
@@ -205,7 +205,7 @@ impl ImportArgs {
             None => ImportMapping::default(),
         };
         let mut seen: Vec<String> = Vec::new();
-        for (role, column) in pairs(&self.map)? {
+        for (role, column) in column_pairs(&self.map)? {
             if seen.contains(&role) {
                 return ArgumentError::refuse(
                     format!("--map {role}={column}"),
@@ -252,7 +252,7 @@ impl ImportArgs {
 }
 
 /// `force=Kraft,displacement=Weg, mm`: a part without an equals sign belongs to the name before it.
-fn pairs(map: &[String]) -> Result<Vec<(String, String)>, ArgumentError> {
+pub(in crate::cli) fn column_pairs(map: &[String]) -> Result<Vec<(String, String)>, ArgumentError> {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for text in map {
         let mut is_first = true;

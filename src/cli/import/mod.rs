@@ -30,7 +30,7 @@ use super::simulate::create_new;
 
 use joints::take_variables;
 
-pub(super) use args::ImportArgs;
+pub(super) use args::{ImportArgs, column_pairs};
 
 /// Makes a session folder.
 pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure> {

@@ -1,4 +1,4 @@
-//! The arguments of `map`.
+//! The arguments of `robot map`.
 
 use std::path::PathBuf;
 
@@ -11,11 +11,11 @@ use crate::plot::BinValue;
 
 use super::files::WantedFigures;
 
-/// Arguments of `map`.
+/// Arguments of `robot map`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanisms A,F --samples 200000 --out maps\n  stiffbench map --mechanisms F --directions x,y,z --directions 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --with-figures --difference A,F\n  stiffbench map --robot my-arm.toml --plane x,z --directions x,y,z,rx,ry,rz --matrix --out maps\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --samples 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench robot map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench robot map --mechanisms A,F --samples 200000 --out maps\n  stiffbench robot map --mechanisms F --directions x,y,z --directions 0,1,1 --json\n  stiffbench robot map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench robot map --figures maps/figures --difference A,F\n  stiffbench robot map my-arm.toml --plane x,z --directions x,y,z,rx,ry,rz --matrix --out maps\n  stiffbench robot map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench robot map --samples 1000000 --shard 3/8 --out shards\n  stiffbench robot map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -24,20 +24,20 @@ pub(in crate::cli) struct MapArgs {
     /// The study.
     #[command(flatten)]
     pub(super) study: StudyArgs,
-    /// Compute only shard K of N and write it into the folder of --out; map merge joins the shards
+    /// Compute only shard K of N and write it into the folder of --out; robot map merge joins the shards
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "out")]
     pub(super) shard: Option<Shard>,
-    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
+    /// Folder for the points (CSV), tables and numbers
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
-    /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
-    #[arg(long = "with-figures", requires = "out", conflicts_with = "shard")]
-    pub(super) figures: bool,
-    /// With --out: also figures of the second mechanism minus the first, and of their ratio
-    #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
+    /// Write figures of every mechanism and direction, and of all mechanisms with one scale, into this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with = "shard")]
+    pub(super) figures: Option<PathBuf>,
+    /// Also figures of the second mechanism minus the first, and of their ratio
+    #[arg(long, value_name = "A,F", value_parser = two_names, requires = "figures")]
     pub(super) difference: Option<[String; 2]>,
     /// Value shown in a square of a figure, taken over its poses [default: mean, or least if more than two variables vary]
-    #[arg(long, value_parser = one_of(CELLS), requires = "out", conflicts_with = "shard")]
+    #[arg(long, value_parser = one_of(CELLS), requires = "figures")]
     pub(super) cell: Option<BinValue>,
     /// What is asked instead of the stiffness.
     #[command(flatten)]
@@ -48,7 +48,7 @@ impl MapArgs {
     /// The figures that are asked for.
     pub(super) fn wanted_figures(&self) -> WantedFigures {
         WantedFigures {
-            of_each: self.figures,
+            folder: self.figures.clone(),
             difference: self.difference.clone(),
             cell: self.cell,
         }
@@ -113,28 +113,28 @@ fn two_names(text: &str) -> Result<[String; 2], String> {
     }
 }
 
-/// Subcommands of `map`.
+/// Subcommands of `robot map`.
 #[derive(Debug, Subcommand)]
 pub(super) enum MapCommand {
     /// Merge shards; the result is byte-identical to that of the study in one piece
     Merge(MergeArgs),
 }
 
-/// Arguments of `map merge`.
+/// Arguments of `robot map merge`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  stiffbench map merge shards/*.map-shard --out maps")]
+#[command(after_help = "Examples:\n  stiffbench robot map merge shards/*.map-shard --out maps")]
 pub(super) struct MergeArgs {
     /// Shard files, or folders of them
     #[arg(required = true)]
     pub(super) shards: Vec<PathBuf>,
-    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
+    /// Folder for the points (CSV), tables and numbers
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
-    /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
-    #[arg(long = "with-figures", requires = "out")]
-    pub(super) figures: bool,
+    /// Write figures of every mechanism and direction, and of all mechanisms with one scale, into this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) figures: Option<PathBuf>,
     /// Value shown in a square of a figure, taken over its poses [default: mean, or least if more than two variables vary]
-    #[arg(long, value_parser = one_of(CELLS), requires = "out")]
+    #[arg(long, value_parser = one_of(CELLS), requires = "figures")]
     pub(super) cell: Option<BinValue>,
 }
 
@@ -142,7 +142,7 @@ impl MergeArgs {
     /// The figures that are asked for.
     pub(super) fn wanted_figures(&self) -> WantedFigures {
         WantedFigures {
-            of_each: self.figures,
+            folder: self.figures.clone(),
             difference: None,
             cell: self.cell,
         }
@@ -153,7 +153,7 @@ impl MergeArgs {
 #[derive(Debug, Clone, Args)]
 pub(super) struct StudyArgs {
     /// Name of a shipped robot, or a robot file [default: the model's, else hp-robot]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(value_name = "ROBOT")]
     pub(super) robot: Option<String>,
     /// Mechanisms, comma-separated, or all [default: the model's, else all]
     #[arg(long = "mechanisms", value_name = "NAME,...", value_delimiter = ',')]

@@ -2,27 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::analysis::ArgumentError;
+use crate::analysis::{ArgumentError, Inputs};
 #[cfg(feature = "parquet")]
 use crate::cli::failure::CliError;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{file_part, write_again, write_figures, write_result};
 use crate::cli::outcome::Outcome;
 use crate::plot::BinValue;
-use crate::report::{MapReport, mesh_of, points_csv};
+use crate::report::{MapReport, points_csv};
 
 /// The text and the numbers of a map.
 pub(super) const FILES: [&str; 2] = ["map.txt", "map.json"];
 
-/// The folder of its figures.
-pub(super) const FIGURES: &str = "figures";
-
 /// Figures that go with a map.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct WantedFigures {
-    /// Of every mechanism and direction, and of all mechanisms together.
-    pub(super) of_each: bool,
-    /// Of what the second mechanism has more than the first.
+    /// Where they go; `None` without figures.
+    pub(super) folder: Option<PathBuf>,
+    /// Also of what the second mechanism has more than the first.
     pub(super) difference: Option<[String; 2]>,
     /// What a square shows of its poses.
     pub(super) cell: Option<BinValue>,
@@ -32,7 +29,6 @@ pub(super) struct WantedFigures {
 pub(super) fn write_all(
     folder: &Path,
     report: &MapReport<'_>,
-    wanted: &WantedFigures,
     result: &Outcome,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut written = write_result(folder, FILES, result)?;
@@ -48,8 +44,6 @@ pub(super) fn write_all(
         let name = file_part(&study.map.mechanism);
         let points = points_csv(robot, poses, &study.map);
         put(format!("points-{name}.csv"), points.as_bytes())?;
-        let mesh = mesh_of(robot, poses, study);
-        put(format!("mesh-{name}.vtu"), mesh.as_bytes())?;
         #[cfg(feature = "parquet")]
         {
             let file = format!("points-{name}.parquet");
@@ -61,29 +55,32 @@ pub(super) fn write_all(
             put(file, &content)?;
         }
     }
-    let mut figures = if wanted.of_each {
-        report.figures()
-    } else {
-        Vec::new()
+    Ok(written)
+}
+
+/// Draws the figures that are wanted; returns what was written.
+pub(super) fn draw(
+    report: &MapReport<'_>,
+    wanted: &WantedFigures,
+    inputs: &Inputs,
+) -> Result<Vec<PathBuf>, Failure> {
+    let Some(folder) = &wanted.folder else {
+        return Ok(Vec::new());
     };
+    let mut figures = report.figures();
     if let Some([before, after]) = &wanted.difference {
         let of_two = report.differences(before, after).ok_or_else(|| {
-            let known = report
-                .mechanisms
-                .iter()
-                .map(|(_, study)| study.map.mechanism.as_str());
+            let known = report.mechanisms.iter();
+            let known: Vec<&str> = known
+                .map(|(_, study)| study.map.mechanism.as_str())
+                .collect();
             ArgumentError::new(
                 format!("--difference {before},{after}"),
                 "one of them is not among the maps".to_owned(),
-                format!("the maps are of {}", known.collect::<Vec<_>>().join(", ")),
+                format!("the maps are of {}", known.join(", ")),
             )
         })?;
         figures.extend(of_two);
     }
-    written.extend(write_figures(
-        &folder.join(FIGURES),
-        figures,
-        &result.inputs,
-    )?);
-    Ok(written)
+    write_figures(folder, figures, inputs)
 }

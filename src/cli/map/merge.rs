@@ -1,4 +1,4 @@
-//! `stiffbench map merge`.
+//! `stiffbench robot map merge`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
         return ArgumentError::refuse(
             "SHARD",
             "the folder holds no shard file (*.map-shard)",
-            "shard files are written by stiffbench map --shard K/N --out FOLDER",
+            "shard files are written by stiffbench robot map --shard K/N --out FOLDER",
         );
     };
     for other in others {

@@ -1,4 +1,4 @@
-//! `stiffbench map`.
+//! `stiffbench robot map`.
 
 mod args;
 mod files;
@@ -27,7 +27,7 @@ pub(super) use args::MapArgs;
 pub(super) use fit_file::{FitFile, read_fit};
 
 use args::MapCommand;
-use files::{WantedFigures, write_all};
+use files::{WantedFigures, draw, write_all};
 use job::MapJob;
 use prepare::prepare;
 
@@ -44,8 +44,8 @@ pub(super) fn run(args: &MapArgs, global: &Global) -> Result<Outcome, Failure> {
     }
     match (args.shard, &args.out) {
         _ if args.asked.is_any() => {
-            let cell = args.wanted_figures().cell;
-            questions::run(&job, &args.asked, (args.out.as_deref(), cell), warnings)
+            let files = (args.out.as_deref(), args.wanted_figures());
+            questions::run(&job, &args.asked, files, warnings)
         }
         (Some(share), Some(folder)) => {
             Ok(one_shard(&job, share, folder, global)?.with_warnings(warnings))
@@ -99,10 +99,10 @@ fn finish(
     let outcome = Outcome::new("map", report.document(), report.summary())
         .with_inputs(job.inputs(robot))
         .with_warnings(warnings);
-    let Some(folder) = out else {
-        return Ok(outcome);
-    };
-    let written = write_all(folder, &report, figures, &outcome)?;
+    let mut written = draw(&report, figures, &outcome.inputs)?;
+    if let Some(folder) = out {
+        written.extend(write_all(folder, &report, &outcome)?);
+    }
     Ok(outcome.with_written(&written))
 }
 
@@ -121,7 +121,7 @@ fn one_shard(
     shard::write(&path, job, &poses, &maps)?;
     let mut document = Document::new();
     document.lines(format!(
-        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER",
+        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench robot map merge {}/*.map-shard --out FOLDER",
         path.display(),
         poses.len(),
         poses.whole,

@@ -1,4 +1,4 @@
-//! What `map` is asked beside the stiffness: a load at the end, the own weight, a design.
+//! What `robot map` is asked beside the stiffness: a load at the end, the own weight, a design.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
 };
 use crate::physics::ActingPhysics;
-use crate::plot::{BinValue, Figure};
+use crate::plot::Figure;
 use crate::report::{
     MapAnswers, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
     sensitivity_document,
@@ -20,7 +20,7 @@ use crate::report::{
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
 
 use super::args::Asked;
-use super::files::{FIGURES, FILES};
+use super::files::{FILES, WantedFigures};
 use super::job::MapJob;
 
 const MM: f64 = 1e-3;
@@ -29,7 +29,7 @@ const MM: f64 = 1e-3;
 pub(super) fn run(
     job: &MapJob,
     asked: &Asked,
-    (out, cell): (Option<&Path>, Option<BinValue>),
+    (out, wanted): (Option<&Path>, WantedFigures),
     warnings: Vec<String>,
 ) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
@@ -37,7 +37,7 @@ pub(super) fn run(
     let poses = job.pose_set(&robot, Shard::WHOLE)?;
     let poses = StudyPoses::new(poses, job.sampling, job.plane(&robot));
     let mut about = job.report(&robot, &physics, &poses, Vec::new())?;
-    about.cell = cell;
+    about.cell = wanted.cell;
     let mut answer = QuestionResult::default();
     if let Some(load) = asked.load {
         let maps = maps(job, &robot, &physics, |model| {
@@ -71,11 +71,13 @@ pub(super) fn run(
     let outcome = Outcome::new("map", answer.document, answer.data)
         .with_inputs(job.inputs(&robot))
         .with_warnings(warnings);
-    let Some(folder) = out else {
-        return Ok(outcome);
-    };
-    let mut written = write_figures(&folder.join(FIGURES), answer.figures, &outcome.inputs)?;
-    written.extend(write_result(folder, FILES, &outcome)?);
+    let mut written = Vec::new();
+    if let Some(folder) = &wanted.folder {
+        written = write_figures(folder, answer.figures, &outcome.inputs)?;
+    }
+    if let Some(folder) = out {
+        written.extend(write_result(folder, FILES, &outcome)?);
+    }
     Ok(outcome.with_written(&written))
 }
 

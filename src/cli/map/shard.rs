@@ -55,7 +55,7 @@ pub(super) enum ShardError {
     #[error("{path} is not a complete shard file: {problem}")]
     #[diagnostic(
         code(stiffbench::input::shard),
-        help("work that share out again: stiffbench map ... --shard K/N --out FOLDER")
+        help("work that share out again: stiffbench robot map ... --shard K/N --out FOLDER")
     )]
     Damaged { path: PathBuf, problem: String },
     /// Of another study.
@@ -149,7 +149,8 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
     let bytes = fs::read(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => AnalysisError::NotFound {
             path: path.to_owned(),
-            help: "shard files are written by stiffbench map --shard K/N --out FOLDER".to_owned(),
+            help: "shard files are written by stiffbench robot map --shard K/N --out FOLDER"
+                .to_owned(),
         },
         _ => ReadError::of(path)(source).into(),
     })?;

@@ -19,11 +19,6 @@ impl Glyphs {
         Self { unicode }
     }
 
-    /// Whether there is more than plain ASCII.
-    pub(in crate::cli) fn is_unicode(self) -> bool {
-        self.unicode
-    }
-
     /// The character of a cell of the bar: distinguished without colour too.
     pub(super) fn cell(self, cell: BarCell) -> char {
         match (self.unicode, cell) {

@@ -1,9 +1,9 @@
 //! The port of a gauge that nobody named: the one on which it answers.
 
 use crate::analysis::ArgumentError;
-use crate::cli::descriptions::{all_descriptions, find_description};
 use crate::cli::failure::Failure;
-use crate::cli::instrument_args::ProtocolsArgs;
+use crate::cli::gauge::ProtocolsArgs;
+use crate::cli::gauge::descriptions::{all_descriptions, find_description};
 use crate::cli::outcome::print_error;
 use crate::count::counted;
 use crate::instrument::Channel;
@@ -103,7 +103,7 @@ fn only_one(
     Err(ArgumentError::new(
         format!("--{stem}-port"),
         format!("more than one {channel} gauge answers: {}", all.join(", ")),
-        "name the port that is meant, or bind the gauge once with stiffbench ports --wait",
+        "name the port that is meant, or bind the gauge once with stiffbench gauge bind",
     ))
 }
 

@@ -5,19 +5,19 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::ModelArgs;
-use crate::cli::gauge::BINDINGS_FILE;
-use crate::cli::instrument_args::ProtocolsArgs;
-use crate::cli::moved::MovedArgs;
+use crate::cli::gauge::ProtocolsArgs;
+use crate::cli::gauge::open::BINDINGS_FILE;
+use crate::cli::gauge::trace::{Speed, pace};
+use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::pose_args::PoseRulesArgs;
 use crate::cli::procedure::{AxesArgs, ProcedureArgs};
-use crate::cli::trace::{Speed, pace};
 use crate::instrument::Channel;
 use crate::test_point::Direction;
 
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r repeats the last reading, g goes to a cell, s skips, n adds a note,\np pauses; Ctrl-C ends at the next safe point, a second Ctrl-C at once. Every confirmed reading is on disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session plan --procedure paper --design\n  stiffbench session run monday --procedure sweeps --force instrument=mark10-series5,port=/dev/ttyUSB0 \\\n      --displacement instrument=mitutoyo-01a,port=/dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r repeats the last reading, g goes to a cell, s skips, n adds a note,\np pauses; Ctrl-C ends at the next safe point, a second Ctrl-C at once. Every confirmed reading is on disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -46,9 +46,28 @@ pub(super) enum SessionCommand {
     Undo(FolderArgs),
     /// Replay the traces of a session through decoder and session logic, into a new folder, and compare the readings
     Replay(SessionReplayArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Faults(MovedArgs),
+}
+
+impl SessionCommand {
+    /// With what is stated of gauges by key under the options that scripts have for each.
+    pub(super) fn with_gauges_by_option(self) -> Self {
+        match self {
+            Self::Run(args) => Self::Run(Box::new(args.with_gauges_by_option())),
+            Self::Resume(mut args) => {
+                args.bench = args.bench.by_option();
+                Self::Resume(args)
+            }
+            other => other,
+        }
+    }
+}
+
+impl RunArgs {
+    /// With what is stated of gauges by key under the options that scripts have for each.
+    pub(super) fn with_gauges_by_option(mut self) -> Self {
+        self.bench = self.bench.by_option();
+        self
+    }
 }
 
 /// A session folder.
@@ -71,6 +90,12 @@ pub(super) struct PlanArgs {
     /// Place of the measurement displacements are read.
     #[command(flatten)]
     pub(super) axes: AxesArgs,
+    /// Print what the procedure can and cannot distinguish instead of its steps
+    #[arg(long)]
+    pub(super) design: bool,
+    /// Which parameters the poses are to determine, or are free beside every candidate.
+    #[command(flatten)]
+    pub(super) parameters: ParameterArgs,
     /// Which poses determine the parameters best.
     #[command(flatten)]
     pub(super) best: BestPosesArgs,
@@ -82,14 +107,6 @@ pub(super) struct BestPosesArgs {
     /// Choose this many poses within the limits of the robot that best determine the free parameters
     #[arg(long, value_name = "N", conflicts_with = "poses")]
     pub(super) best_poses: Option<usize>,
-    /// Free parameters that the poses are to determine: joint.NAME, base.rx, beam.Iy [default: the springs that the robot file frees, else those of all joints]
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "PARAMETER",
-        requires = "best_poses"
-    )]
-    pub(super) free: Vec<String>,
     /// Write the planned procedure as a file for --procedure
     #[arg(long, value_name = "FILE")]
     pub(super) save_procedure: Option<PathBuf>,
@@ -180,25 +197,31 @@ pub(super) struct ResumeArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Bench")]
 pub(super) struct BenchArgs {
-    /// Description of the force gauge: a name or a file [default: that of the bindings file]
-    #[arg(long, value_name = "NAME|FILE")]
+    /// Force gauge: instrument=NAME|FILE, its description; port=PORT; unit=UNIT set at it, if it does not send its unit [default: that of the bindings file]
+    #[arg(long, value_name = "KEY=VALUE,...", value_delimiter = ',', value_parser = gauge_key)]
+    pub(super) force: Vec<GaugeKey>,
+    /// Displacement gauge, with the same keys; of several gauges a value is that of all, or x=VALUE that of one: port=x=PORT
+    #[arg(long, value_name = "KEY=VALUE,...", value_delimiter = ',', value_parser = gauge_key)]
+    pub(super) displacement: Vec<GaugeKey>,
+    /// Description of the force gauge
+    #[arg(long, hide = true)]
     pub(super) force_instrument: Option<String>,
     /// Port of the force gauge
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, hide = true)]
     pub(super) force_port: Option<String>,
-    /// Unit set at the force gauge, if it does not send its unit
-    #[arg(long, value_name = "UNIT")]
+    /// Unit set at the force gauge
+    #[arg(long, hide = true)]
     pub(super) force_unit: Option<String>,
-    /// Description of the displacement gauge: a name or a file; with several gauges that of all, or x=NAME for one
-    #[arg(long, value_name = "NAME|FILE")]
+    /// Description of the displacement gauge
+    #[arg(long, hide = true)]
     pub(super) displacement_instrument: Vec<String>,
-    /// Port of the displacement gauge; with several gauges x=PORT for each
-    #[arg(long, value_name = "PORT")]
+    /// Port of the displacement gauge
+    #[arg(long, hide = true)]
     pub(super) displacement_port: Vec<String>,
-    /// Unit set at the displacement gauge, if it does not send its unit; with several gauges that of all, or x=UNIT for one
-    #[arg(long, value_name = "UNIT")]
+    /// Unit set at the displacement gauge
+    #[arg(long, hide = true)]
     pub(super) displacement_unit: Vec<String>,
-    /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
+    /// Bindings file: which gauge is on which adapter, as stiffbench gauge bind writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
     /// More descriptions.
@@ -233,7 +256,50 @@ pub(super) struct BenchArgs {
     pub(super) line: bool,
 }
 
+/// One statement of a gauge: which of instrument, port and unit, and its value.
+pub(super) type GaugeKey = (GaugeProperty, String);
+
+/// What is stated of a gauge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GaugeProperty {
+    Instrument,
+    Port,
+    Unit,
+}
+
+fn gauge_key(text: &str) -> Result<GaugeKey, &'static str> {
+    let (key, value) = text.split_once('=').unwrap_or((text, ""));
+    let property = match key {
+        "instrument" => GaugeProperty::Instrument,
+        "port" => GaugeProperty::Port,
+        "unit" => GaugeProperty::Unit,
+        _ => return Err("instrument=NAME, port=PORT or unit=UNIT is expected"),
+    };
+    Ok((property, value.to_owned()))
+}
+
 impl BenchArgs {
+    /// With what is stated by key under the options that scripts have for each.
+    fn by_option(mut self) -> Self {
+        let args = &mut self;
+        for (property, value) in args.force.drain(..) {
+            *match property {
+                GaugeProperty::Instrument => &mut args.force_instrument,
+                GaugeProperty::Port => &mut args.force_port,
+                GaugeProperty::Unit => &mut args.force_unit,
+            } = Some(value);
+        }
+        for (property, value) in args.displacement.drain(..) {
+            match property {
+                GaugeProperty::Instrument => &mut args.displacement_instrument,
+                GaugeProperty::Port => &mut args.displacement_port,
+                GaugeProperty::Unit => &mut args.displacement_unit,
+            }
+            .push(value);
+        }
+        self
+    }
+
     /// The instrument, port and unit that the arguments give for a gauge.
     pub(super) fn of(&self, channel: Channel) -> [Option<String>; 3] {
         if channel == Channel::Force {

@@ -60,8 +60,8 @@ pub(super) fn emulate(
     clock: Clock,
 ) -> Result<Option<BenchOperator>, Failure> {
     use crate::bench::EmulatedSetup;
-    use crate::cli::descriptions::find_description;
     use crate::cli::emulated::Emulation;
+    use crate::cli::gauge::descriptions::find_description;
     use crate::cli::rehearsal::unit_in_use;
     use crate::instrument::emulator::FaultScript;
 

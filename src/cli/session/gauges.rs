@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use crate::cli::descriptions::find_description;
 use crate::cli::failure::{CliError, Failure};
-use crate::cli::gauge::{BINDINGS_FILE, read_bindings};
+use crate::cli::gauge::descriptions::find_description;
+use crate::cli::gauge::open::{BINDINGS_FILE, read_bindings};
 use crate::cli::outcome::print_error;
 use crate::clock::Clock;
 use crate::instrument::driver::Acquisition;
@@ -116,7 +116,7 @@ pub(super) fn resolve_gauges(
         return ArgumentError::refuse(
             port,
             "two gauges of this session are on this port",
-            "each gauge needs a port of its own: --force-port, --displacement-port, x=PORT for each of several",
+            "each gauge needs a port of its own: --force port=PORT, --displacement port=PORT, port=x=PORT for each of several",
         );
     }
     Ok((resolved, warnings))
@@ -128,7 +128,7 @@ fn bindings_of(args: &BenchArgs, channels: &[Channel]) -> Result<(Bindings, Vec<
     if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
         return Err(AnalysisError::NotFound {
             path: args.bindings.clone(),
-            help: "stiffbench ports --wait --bind force makes a bindings file".to_owned(),
+            help: "stiffbench gauge bind force makes a bindings file".to_owned(),
         }
         .into());
     }
@@ -198,7 +198,7 @@ fn resolve_gauge(
             format!("--{stem}-{what}{axis}"),
             format!("{what} of the {channel} gauge is missing"),
             format!(
-                "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{stem}-{what}{axis})"
+                "name it, or bind the gauge once with stiffbench gauge bind and give the file with --bindings; stiffbench gauge list names the descriptions, stiffbench gauge ports the ports (--{stem}-{what}{axis})"
             ),
         )
     };
@@ -255,7 +255,7 @@ fn usable_description(
     warnings.extend(found.warnings);
     let mut description = found.description;
     if description.channel.kind() != channel.kind() {
-        let help = "stiffbench instrument list shows what each measures";
+        let help = "stiffbench gauge list shows what each measures";
         return Err(refused(format!("it measures {}", description.channel), help).into());
     }
     // From here on it stands for its place on the bench.

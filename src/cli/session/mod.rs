@@ -30,7 +30,7 @@ use args::SessionCommand;
 
 /// Plans, runs and looks after guided sessions.
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
-    match args.what {
+    match args.what.with_gauges_by_option() {
         SessionCommand::Plan(args) => plan::run(&args),
         SessionCommand::Run(args) if args.dry_run => plan::dry_run(&args, global),
         SessionCommand::Run(args) => drive::run(&args, global, None),
@@ -39,7 +39,6 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Log(args) => inspect::log(&args.folder, global),
         SessionCommand::Undo(args) => undo::run(&args.folder, global),
         SessionCommand::Replay(args) => replay::run(&args, global),
-        SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out, global),
     }
@@ -66,6 +65,7 @@ pub(super) fn run_command(
         no_input: cli.global.no_input,
         ..global.clone()
     };
+    let args = args.with_gauges_by_option();
     let ended = drive::run(&args, &global, Some(operator))?;
     if ended.exit == 0 {
         return Ok(());

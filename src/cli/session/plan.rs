@@ -2,19 +2,18 @@
 
 use stiffbench_document::Document;
 
-use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses};
+use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses, design};
 use crate::cli::args::Global;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Failure, refuse_given};
 use crate::cli::figure_files::write;
 use crate::cli::outcome::Outcome;
-use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
 use crate::clock::Clock;
 use crate::count::{counted, hours_and_minutes};
 use crate::fit::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
-use crate::report::{PlanReport, best_poses_document};
+use crate::report::{PlanReport, best_poses_document, design_document};
 use crate::session::{QUESTIONS, Question, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
@@ -42,7 +41,19 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     for pose in procedure.poses.iter().flatten() {
         resolved.robot.pose(pose)?;
     }
+    let needs_design = args.best.best_poses.is_none() && !args.design;
+    refuse_given(
+        &[("--parameter", needs_design && !args.parameters.is_default())],
+        "the steps of a procedure do not depend on it",
+        |_| "add --best-poses N or --design, or leave it out".to_owned(),
+    )?;
     let best = best_poses(args, &resolved, &mut procedure)?;
+    if let Some(file) = &args.best.save_procedure {
+        write(file, procedure.to_toml().as_bytes())?;
+    }
+    if args.design {
+        return designed(args, &resolved, procedure, warnings);
+    }
     let poses: Vec<PoseId> = resolved
         .robot
         .poses
@@ -59,11 +70,24 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         )
     }));
     warnings.extend(resolved.warnings.iter().cloned());
-    if let Some(file) = &args.best.save_procedure {
-        write(file, procedure.to_toml().as_bytes())?;
-    }
     Ok(outcome
         .with_inputs(Inputs::default().with_model(&resolved))
+        .with_warnings(warnings)
+        .with_written(&args.best.save_procedure))
+}
+
+/// What the procedure can and cannot distinguish.
+fn designed(
+    args: &PlanArgs,
+    model: &ResolvedModel,
+    procedure: Procedure,
+    mut warnings: Vec<String>,
+) -> Result<Outcome, Failure> {
+    let choice = args.parameters.choice(model)?;
+    let report = design(model, procedure, &choice, 0)?;
+    warnings.extend(model.robot.warnings.iter().cloned());
+    Ok(Outcome::new("design", design_document(&report), report)
+        .with_inputs(Inputs::default().with_model(model))
         .with_warnings(warnings)
         .with_written(&args.best.save_procedure))
 }
@@ -134,12 +158,8 @@ fn best_poses(
     let Some(count) = args.best.best_poses else {
         return Ok(None);
     };
-    let parameters = ParameterArgs {
-        free: args.best.free.clone(),
-        ..ParameterArgs::default()
-    };
     let usual = spring_choice(&resolved.robot, resolved.mechanism()?);
-    let choice = parameters.choice_beside(resolved, usual)?;
+    let choice = args.parameters.choice_beside(resolved, usual)?;
     let wanted = (&args.best.rules.rules(), count);
     Ok(Some(choose_poses(resolved, procedure, &choice, wanted)?))
 }

@@ -8,10 +8,10 @@ use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs, ReadError, header_sha256, read_text, session_file};
 use crate::cli::args::Global;
-use crate::cli::descriptions::find_description;
 use crate::cli::failure::Failure;
+use crate::cli::gauge::descriptions::find_description;
+use crate::cli::gauge::trace::Speed;
 use crate::cli::outcome::{Outcome, print_error};
-use crate::cli::trace::Speed;
 use crate::clock::Clock;
 use crate::instrument::GaugeEvent;
 use crate::instrument::trace::{GaugeTrace, events_of};

@@ -13,7 +13,7 @@ use crate::reported::Reported;
 
 use super::{MapReport, SensitivityReport, ShiftSummary, unit_of};
 
-/// What `map` gives: the maps, or the answers to what it is asked instead.
+/// What `robot map` gives: the maps, or the answers to what it is asked instead.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MapResult {

@@ -9,7 +9,6 @@ mod parquet;
 mod points;
 mod shifts;
 mod text;
-mod vtu;
 
 use crate::distribution::{MapColumn, MechanismStudy, Sampling, StudyPoses};
 use crate::plot::BinValue;
@@ -26,13 +25,12 @@ pub use json::{
 };
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
-pub use points::{mesh_of, points_csv};
+pub use points::points_csv;
 pub use shifts::{
     LoadAtEnd, MechanismShift, MechanismWeight, ShiftCause, ShiftReport, ShiftStatistics,
     ShiftSummary, WorstPose,
 };
 pub(super) use text::statistics_table;
-pub use vtu::{MeshField, MeshPoints, vtu};
 
 /// Maps of some mechanisms of a robot over the same poses.
 #[derive(Debug)]

@@ -4,12 +4,11 @@ use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use crate::distribution::{MapColumn, MatrixKind, MechanismStudy, PoseSample, StiffnessMap};
+use crate::distribution::{MapColumn, MatrixKind, PoseSample, StiffnessMap};
 use crate::robot::{JointMotion, Robot};
 use crate::structure::Compliance6;
 
 use super::unit_of;
-use super::vtu::{MeshField, vtu};
 
 /// Rows that are written as one piece.
 const CHUNK: usize = 4096;
@@ -122,55 +121,4 @@ pub fn points_csv(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> Stri
         point_heads(robot, poses, map).join(","),
         pieces.concat()
     )
-}
-
-/// The map as a mesh: points where the end is, triangles where poses make a surface, and on them angles, stiffnesses and the weakest
-/// direction.
-#[must_use]
-pub fn mesh_of(robot: &Robot, poses: &PoseSample, study: &MechanismStudy) -> String {
-    let map = &study.map;
-    let points: Vec<[f64; 3]> = (0..map.len()).map(|row| map.end_m(row)).collect();
-    let mut fields: Vec<MeshField> = Vec::new();
-    let heads = point_heads(robot, poses, map);
-    let scalars = poses.free.len() + 3 + map.columns.len();
-    for (column, name) in heads[1..=scalars].iter().enumerate() {
-        let is_end = (poses.free.len()..poses.free.len() + 3).contains(&column);
-        if is_end {
-            continue;
-        }
-        fields.push(MeshField {
-            name: name.clone(),
-            components: 1,
-            values: (0..map.len())
-                .filter_map(|row| point_values(poses, map, row).nth(column))
-                .collect(),
-        });
-    }
-    let weakest: Vec<f64> = (0..map.len())
-        .filter_map(|row| map.weakest_direction(row))
-        .flatten()
-        .collect();
-    if !weakest.is_empty() {
-        fields.push(MeshField {
-            name: "weakest_direction".to_owned(),
-            components: 3,
-            values: weakest,
-        });
-    }
-    if let Some(kind) = map.matrix {
-        fields.push(MeshField {
-            name: match kind {
-                MatrixKind::Stiffness => "stiffness_matrix_SI",
-                MatrixKind::Compliance => "compliance_matrix_SI",
-            }
-            .to_owned(),
-            components: 36,
-            values: (0..map.len())
-                .filter_map(|row| map.matrix(row))
-                .flatten()
-                .copied()
-                .collect(),
-        });
-    }
-    vtu(&points, study.triangles.as_deref(), &fields)
 }

@@ -45,7 +45,7 @@ pub enum FitError {
     #[error("{} cannot be fitted to {}", counted(.free, "free factor"), counted(.cells, "cell"))]
     #[diagnostic(
         code(stiffbench::fit::too_few_cells),
-        help("train on more poses or fix some factors, for example --fix beam.J")
+        help("train on more poses or fix some factors, for example --parameter beam.J=fixed")
     )]
     TooFewCells {
         /// Free factors.
@@ -116,7 +116,7 @@ pub enum FitError {
     #[diagnostic(
         code(stiffbench::fit::bounds),
         help(
-            "give --bounds NAME=LOW..HIGH with LOW below HIGH; a spring on which no load of these cells acts has no bounds of its own"
+            "give --parameter NAME=LOW..HIGH with LOW below HIGH; a spring on which no load of these cells acts has no bounds of its own"
         )
     )]
     Bounds {
@@ -129,9 +129,7 @@ pub enum FitError {
     #[error("parameter {one} cannot be tied to {other}")]
     #[diagnostic(
         code(stiffbench::fit::tie),
-        help(
-            "a factor is tied to a factor and a spring to a spring, both named by --free, --fix or --tie"
-        )
+        help("a factor is tied to a factor and a spring to a spring, both named by --parameter")
     )]
     Tie {
         /// The tied parameter.
@@ -252,7 +250,7 @@ pub enum FitError {
     #[error("components that were read: {components}; free parameters: {free}")]
     #[diagnostic(
         code(stiffbench::load_cases::too_few),
-        help("read more components or poses, or keep parameters with --fix")
+        help("read more components or poses, or keep parameters with --parameter NAME=fixed")
     )]
     TooFew {
         /// Components of displacement and rotation.
@@ -288,7 +286,7 @@ pub enum FitError {
     #[diagnostic(
         code(stiffbench::load_cases::dependent),
         help(
-            "`stiffbench fit` names the combinations that the poses do not determine; keep one parameter of each with --fix"
+            "`stiffbench fit` names the combinations that the poses do not determine; keep one parameter of each with --parameter NAME=fixed"
         )
     )]
     Dependent,

@@ -2,7 +2,7 @@
 //!
 //! - [`CellModel`]: stiffness of pose and direction as a function of the parameters, with exact derivatives;
 //! - [`FixedPhysics`]: what acts beside the beams while they are fitted;
-//! - [`significance`]: which factor matters where (the paper's Table III, and exact shares);
+//! - [`robot significance`]: which factor matters where (the paper's Table III, and exact shares);
 //! - [`fit_in_sequence`], [`combine`], [`follow_paper`]: the paper's nine steps;
 //! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see;
 //! - [`PosedLoadCases`], [`fit_load_cases`]: a table of load cases in the poses and axes of a robot, and the same fit of all its components;

@@ -23,7 +23,7 @@ pub enum MismatchError {
     #[error("parameter {name} cannot be free here: {problem}")]
     #[diagnostic(
         code(stiffbench::mismatch::parameter),
-        help("leave it out of --free, or fix it with --fix")
+        help("leave it out, or fix it with --parameter NAME=fixed")
     )]
     Parameter {
         /// The parameter.

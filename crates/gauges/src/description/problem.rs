@@ -75,7 +75,7 @@ impl DescriptionProblem {
     fn advice(&self) -> String {
         match self {
             Self::Syntax(_) => {
-                "docs/instrument-description.md lists the keys; copy a line of a shipped description (stiffbench instrument show NAME)"
+                "docs/instrument-description.md lists the keys; copy a line of a shipped description (stiffbench gauge show NAME)"
                     .to_owned()
             }
             Self::Schema { known, .. } => {

@@ -77,9 +77,7 @@ pub enum BindingError {
     #[error("{file} cannot be read as bindings: {problem}")]
     #[diagnostic(
         code(stiffbench::bindings::syntax),
-        help(
-            "stiffbench ports --wait writes a new one; docs/bindings-file.md describes the format"
-        )
+        help("stiffbench gauge bind writes a new one; docs/bindings-file.md describes the format")
     )]
     Syntax {
         /// The file, with line and column.
@@ -104,7 +102,7 @@ pub enum BindingError {
     #[diagnostic(
         code(stiffbench::bindings::port),
         help(
-            "name its port as path = \"/dev/serial/by-id/…\", or bind it with stiffbench ports --wait"
+            "name its port as path = \"/dev/serial/by-id/…\", or bind it with stiffbench gauge bind"
         )
     )]
     Port {
@@ -118,7 +116,7 @@ pub enum BindingError {
     #[diagnostic(
         code(stiffbench::bindings::same_port),
         help(
-            "each gauge needs a port of its own; bind one of them again with stiffbench ports --wait"
+            "each gauge needs a port of its own; bind one of them again with stiffbench gauge bind"
         )
     )]
     SamePort {

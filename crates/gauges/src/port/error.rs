@@ -12,7 +12,7 @@ pub enum PortError {
     #[diagnostic(
         code(stiffbench::port::absent),
         help(
-            "plug the gauge in and switch it on; stiffbench ports lists the ports of the system, stiffbench ports --wait finds the one that is plugged in next"
+            "plug the gauge in and switch it on; stiffbench gauge ports lists the ports of the system, stiffbench gauge bind waits for the one that is plugged in next"
         )
     )]
     Absent {
@@ -63,7 +63,7 @@ pub enum PortError {
     #[error("{port} is not a serial port: {problem}")]
     #[diagnostic(
         code(stiffbench::port::no_line),
-        help("stiffbench ports lists the serial ports of this machine")
+        help("stiffbench gauge ports lists the serial ports of this machine")
     )]
     NoLine {
         /// Path.
@@ -116,7 +116,7 @@ pub enum PortError {
     #[diagnostic(
         code(stiffbench::port::silent),
         help(
-            "switch the gauge on, choose its serial output in its menu, and compare speed and parity there with the instrument description; stiffbench ports --probe --port {port} also tries the other speeds that the description names"
+            "switch the gauge on, choose its serial output in its menu, and compare speed and parity there with the instrument description; stiffbench gauge probe {port} also tries the other speeds that the description names"
         )
     )]
     Silent {

@@ -125,7 +125,7 @@ impl PortIdentity {
             _ => Err(PortError::WrongDevice {
                 port: self.to_string(),
                 problem: mistaken(&alike),
-                help: "plug the gauge into its former socket, or bind it again with stiffbench ports --wait".to_owned(),
+                help: "plug the gauge into its former socket, or bind it again with stiffbench gauge bind".to_owned(),
             }),
         }
     }

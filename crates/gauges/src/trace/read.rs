@@ -38,7 +38,7 @@ pub enum TraceError {
     #[diagnostic(
         code(stiffbench::trace::schema),
         help(
-            "traces are made by stiffbench trace record and by sessions (raw/*.trace); docs/trace-file.md describes them"
+            "traces are made by stiffbench gauge record and by sessions (raw/*.trace); docs/trace-file.md describes them"
         )
     )]
     NoTrace {

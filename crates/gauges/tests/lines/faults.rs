@@ -103,7 +103,7 @@ fn retries_for_an_absent_gauge_are_bounded() {
         panic!("{events:#?}")
     };
     assert!(
-        reason.contains("does not exist") && reason.contains("stiffbench ports"),
+        reason.contains("does not exist") && reason.contains("stiffbench gauge ports"),
         "{reason}"
     );
     assert_eq!(

@@ -95,7 +95,7 @@ pub enum LeastSquaresError {
     #[diagnostic(
         code(stiffbench::least_squares::no_free_parameter),
         help(
-            "free at least one, for example with --free joint.NAME; `stiffbench diagnose` needs no free parameter"
+            "free at least one, for example with --parameter joint.NAME=free; `stiffbench diagnose` needs no free parameter"
         )
     )]
     NoFreeParameter {

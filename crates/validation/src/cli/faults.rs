@@ -9,7 +9,7 @@ use stiffbench::bench::EmulatedSetup;
 use stiffbench::cli::args::Global;
 use stiffbench::cli::emulated::Emulation;
 use stiffbench::cli::failure::Failure;
-use stiffbench::cli::instrument_args::ProtocolsArgs;
+use stiffbench::cli::gauge::ProtocolsArgs;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::clock::Clock;

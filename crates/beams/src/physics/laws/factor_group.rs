@@ -57,7 +57,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         text: |place| match place {
             Place::Group { group, property } => {
                 let factor = property.as_ref().map_or_else(|| group.clone(), |property| format!("{group}.{}", property.name()));
-                format!("check the source of the factors of {group}, and fit them with `--free {factor}` if the poses determine them")
+                format!("check the source of the factors of {group}, and fit them with `--parameter {factor}=free` if the poses determine them")
             }
             other => format!("check the source of {other}"),
         },

@@ -83,7 +83,7 @@ pub(crate) fn lacking_cells(problem: &DiagnosisProblem<'_>) -> Option<String> {
     let absorbed = !observations.free_zeros && observations.cells.len() == 1 && factors > 0;
     absorbed.then(|| {
         format!(
-            "1 cell for {}: they fit any stiffness, so no missing compliance can be detected; measure other directions and poses, or fix the factors with --fix",
+            "1 cell for {}: they fit any stiffness, so no missing compliance can be detected; measure other directions and poses, or fix the factors with --parameter NAME=fixed",
             counted(factors, "free factor")
         )
     })

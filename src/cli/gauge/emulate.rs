@@ -1,4 +1,4 @@
-//! `stiffbench instrument emulate`: a bench in software for other programs, which works through a procedure by itself.
+//! `stiffbench gauge emulate`: a bench in software for other programs, which works through a procedure by itself.
 
 use stiffbench_document::Document;
 
@@ -23,59 +23,59 @@ use crate::session::SessionPlan;
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 
-use super::args::{Global, ModelArgs};
-use super::emulated::{BenchOperator, Emulation};
-use super::failure::Failure;
-use super::instrument_args::ProtocolsArgs;
-use super::numbers::number_that;
-use super::outcome::{Outcome, print_error, print_now};
-use super::procedure::{ProcedureArgs, resolve_procedure};
+use super::descriptions::ProtocolsArgs;
+use crate::cli::args::{Global, ModelArgs};
+use crate::cli::emulated::{BenchOperator, Emulation};
+use crate::cli::failure::Failure;
+use crate::cli::numbers::number_that;
+use crate::cli::outcome::{Outcome, print_error, print_now};
+use crate::cli::procedure::{ProcedureArgs, resolve_procedure};
 
 /// How often it is looked whether a signal came.
 const SIGNAL_WAIT: Duration = Duration::from_millis(50);
 
-/// Arguments of `instrument emulate`.
+/// Arguments of `gauge emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The virtual jack follows the procedure. One line per load states the load on the gauges; the last line is `end`.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            your own gauge, emulated from its description"
+    after_help = "The virtual jack follows the procedure. One line per load states the load on the gauges; the last line is `end`.\n\nExamples:\n  stiffbench gauge emulate\n  stiffbench gauge emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench gauge emulate --force-instrument my-gauge.toml            your own gauge, emulated from its description"
 )]
-pub(super) struct EmulateArgs {
+pub(in crate::cli) struct EmulateArgs {
     /// Robot, mechanism and true factors.
     #[command(flatten)]
-    pub(super) model: ModelArgs,
+    pub(in crate::cli) model: ModelArgs,
     /// Description of the force gauge: a name or a file
     #[arg(long, default_value = "mark10-series5", value_name = "NAME|FILE")]
-    pub(super) force_instrument: String,
+    pub(in crate::cli) force_instrument: String,
     /// Description of the displacement gauge: a name or a file
     #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME|FILE")]
-    pub(super) displacement_instrument: String,
+    pub(in crate::cli) displacement_instrument: String,
     /// Fault script: which fault occurs when (docs/fault-script.md)
     #[arg(long, value_name = "FILE")]
-    pub(super) faults: Option<PathBuf>,
+    pub(in crate::cli) faults: Option<PathBuf>,
     /// Folder for the links to the ports, called force and displacement [default: a temporary folder]
     #[arg(long, value_name = "FOLDER")]
-    pub(super) link: Option<PathBuf>,
+    pub(in crate::cli) link: Option<PathBuf>,
     /// Seed of the noise and of the forces at which the operator stops
     #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
+    pub(in crate::cli) seed: u64,
     /// Speed of the bench relative to the real clock
     #[arg(long, default_value_t = 1.0, value_parser = faster)]
-    pub(super) speed: f64,
+    pub(in crate::cli) speed: f64,
     /// Emulate without noise
     #[arg(long)]
-    pub(super) noise_free: bool,
+    pub(in crate::cli) noise_free: bool,
     /// Gauges mounted on the other side: a force along the axis is compression, the displacement counts along the negative axis
     #[arg(long, value_enum, value_delimiter = ',', value_name = "GAUGE")]
     turned: Vec<BenchGauge>,
     /// Keep the ports open after the end, without load, until the process is stopped
     #[arg(long)]
-    pub(super) stay: bool,
+    pub(in crate::cli) stay: bool,
     /// More descriptions.
     #[command(flatten)]
-    pub(super) protocols: ProtocolsArgs,
+    pub(in crate::cli) protocols: ProtocolsArgs,
     /// What is to be measured; last, as its heading would go on.
     #[command(flatten)]
-    pub(super) procedure: ProcedureArgs,
+    pub(in crate::cli) procedure: ProcedureArgs,
 }
 
 /// A gauge of the bench.
@@ -91,7 +91,7 @@ enum BenchGauge {
 const LOOK: Duration = Duration::from_millis(2);
 
 /// Hosts the bench and works through the procedure.
-pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(in crate::cli) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
     let resolved = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     warnings.extend(resolved.warnings.iter().cloned());
@@ -212,7 +212,7 @@ fn setup(args: &EmulateArgs) -> EmulatedSetup {
 }
 
 /// The faults in a file.
-pub(super) fn fault_script(path: &Path) -> Result<FaultScript, Failure> {
+pub(in crate::cli) fn fault_script(path: &Path) -> Result<FaultScript, Failure> {
     let text = read_text(path)?;
     let source = SourceText::new(path.display().to_string(), text);
     Ok(FaultScript::parse(&source)?)

@@ -9,15 +9,14 @@ use crate::analysis::ArgumentError;
 use crate::instrument::{Decoded, Decoder, InstrumentDescription, Rejected, Sample};
 use crate::quantity::Kind;
 
-use super::descriptions::find_description;
-use super::failure::Failure;
-use super::instrument::{reply_reason, require_permission};
-use super::instrument_args::ProtocolsArgs;
+use super::descriptions::{ProtocolsArgs, find_description};
+use super::{reply_reason, require_permission};
+use crate::cli::failure::Failure;
 use crate::count::counted;
 
 /// By which descriptions the lines of logs are decoded.
 #[derive(Debug, Args)]
-pub(super) struct GaugeLineArgs {
+pub(in crate::cli) struct GaugeLineArgs {
     /// Decode FILE, lines of this gauge with a time before each: name of an instrument description, or a file
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
@@ -34,7 +33,7 @@ pub(super) struct GaugeLineArgs {
 
 impl GaugeLineArgs {
     /// The descriptions that are named, with their options.
-    pub(super) fn named(&self) -> [(&'static str, &Option<String>); 2] {
+    pub(in crate::cli) fn named(&self) -> [(&'static str, &Option<String>); 2] {
         [
             ("instrument", &self.instrument),
             ("displacement-instrument", &self.displacement_instrument),
@@ -42,7 +41,10 @@ impl GaugeLineArgs {
     }
 
     /// The description that an option names for a log of this quantity.
-    pub(super) fn description(&self, kind: Kind) -> Result<Option<InstrumentDescription>, Failure> {
+    pub(in crate::cli) fn description(
+        &self,
+        kind: Kind,
+    ) -> Result<Option<InstrumentDescription>, Failure> {
         let (option, name) = match kind {
             Kind::Force => ("--instrument", &self.instrument),
             _ => ("--displacement-instrument", &self.displacement_instrument),
@@ -67,7 +69,7 @@ impl GaugeLineArgs {
 #[diagnostic(
     code(stiffbench::import::no_packets),
     help(
-        "compare the line with `stiffbench instrument show {instrument}`, or name another description"
+        "compare the line with `stiffbench gauge show {instrument}`, or name another description"
     )
 )]
 struct NoPackets {
@@ -78,11 +80,11 @@ struct NoPackets {
 }
 
 /// A log as a table: each line with a value is a row of it, and stays in its line.
-pub(super) struct GaugeTable {
+pub(in crate::cli) struct GaugeTable {
     /// The table.
-    pub(super) bytes: Vec<u8>,
+    pub(in crate::cli) bytes: Vec<u8>,
     /// What a user should know of lines without a value.
-    pub(super) note: Option<String>,
+    pub(in crate::cli) note: Option<String>,
 }
 
 /// Decodes a log.
@@ -92,7 +94,7 @@ pub(super) struct GaugeTable {
 ///
 /// # Errors
 /// For a unit that the gauge cannot have, and a log without any value.
-pub(super) fn table_of(
+pub(in crate::cli) fn table_of(
     file: &str,
     bytes: &[u8],
     description: &InstrumentDescription,

@@ -1,48 +1,33 @@
-//! `stiffbench model export`.
+//! `stiffbench robot export`.
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::Args;
 
 use crate::analysis::{ArgumentError, Inputs, is_dash, sha256};
 use crate::export::ExportModel;
 use crate::report::{ExportFormat, ModelExportReport};
 use crate::shipped::{shipped_robot, shipped_robots};
 
-use super::args::ModelArgs;
+use super::args::RobotModelArgs;
 use super::failure::Failure;
 use super::figure_files::write;
 use super::map::{FitFile, read_fit};
 use super::outcome::Outcome;
 use super::pose_args::{PoseArgs, limits_passed};
 
-/// Arguments of `model`.
-#[derive(Debug, Args)]
-pub(super) struct ModelCommandArgs {
-    /// What to do.
-    #[command(subcommand)]
-    pub(super) what: ModelCommand,
-}
-
-/// Subcommands of `model`.
-#[derive(Debug, Subcommand)]
-pub(super) enum ModelCommand {
-    /// Write the robot with its springs, friction and play for a simulator, or its parameters and compliance as a table
-    Export(Box<ModelExportArgs>),
-}
-
-/// Arguments of `model export`.
+/// Arguments of `robot export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWithout --pose and --set, csv and json hold every named pose. docs/simulators.md lists what each format holds."
+    after_help = "Examples:\n  stiffbench robot export serial-arm --format mjcf --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench robot export --format csv --fit fit.json > parameters.csv\n  stiffbench robot export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWithout --pose and --set, csv and json hold every named pose. docs/simulators.md lists what each format holds."
 )]
-pub(super) struct ModelExportArgs {
+pub(super) struct RobotExportArgs {
     /// Format of the file
     #[arg(long, value_enum)]
     format: ExportFormat,
     /// Which robot, mechanism and factors.
     #[command(flatten)]
-    model: ModelArgs,
+    model: RobotModelArgs,
     /// Output of stiffbench fit --json: its factors with their intervals
     #[arg(long, value_name = "FILE", conflicts_with = "factors")]
     fit: Option<PathBuf>,
@@ -54,13 +39,6 @@ pub(super) struct ModelExportArgs {
     out: Option<PathBuf>,
 }
 
-/// Runs a subcommand of `model`.
-pub(super) fn run(args: &ModelCommandArgs) -> Result<Outcome, Failure> {
-    match &args.what {
-        ModelCommand::Export(args) => export(args),
-    }
-}
-
 /// The shipped robot whose file has this SHA-256.
 fn shipped_of_hash(hash: &str) -> Option<String> {
     let mut known = shipped_robots();
@@ -68,9 +46,9 @@ fn shipped_of_hash(hash: &str) -> Option<String> {
     known.find(has).map(str::to_owned)
 }
 
-fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &RobotExportArgs) -> Result<Outcome, Failure> {
     let fit = args.fit.as_deref().map(read_fit).transpose()?;
-    let mut choice = args.model.choice()?;
+    let mut choice = args.model.model().choice()?;
     if let Some(fit) = &fit {
         // Where the fit was made of a model, its robot is known.
         let is_open = choice.robot.is_none() && choice.model.is_none();
@@ -79,7 +57,7 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
                 ArgumentError::new(
                     "--fit",
                     format!("the fit is of the robot {name}, which is not a shipped one"),
-                    "name its file with --robot",
+                    "name its file as ROBOT",
                 )
             })?);
         }

@@ -4,26 +4,35 @@ use crate::analysis::{AnalysisError, read_text};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+
 use crate::instrument::InstrumentDescription;
 use crate::shipped::{shipped_instruments, unknown_name};
 
-use super::failure::Failure;
-use super::instrument_args::ProtocolsArgs;
+use crate::cli::failure::Failure;
+
+/// Where descriptions come from besides the shipped ones.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ProtocolsArgs {
+    /// Folder with your own descriptions in FOLDER/instruments/*.toml; they take precedence over shipped ones of the same name
+    #[arg(long, value_name = "FOLDER")]
+    pub protocols: Option<PathBuf>,
+}
 
 /// A description with where it comes from and what a user should know of its file.
-pub(super) struct LocatedDescription {
+pub(in crate::cli) struct LocatedDescription {
     /// The description.
-    pub(super) description: InstrumentDescription,
+    pub(in crate::cli) description: InstrumentDescription,
     /// The file; `None` for a shipped one.
-    pub(super) path: Option<PathBuf>,
+    pub(in crate::cli) path: Option<PathBuf>,
     /// Its text.
-    pub(super) toml: String,
+    pub(in crate::cli) toml: String,
     /// Keys that mean nothing, and the like.
-    pub(super) warnings: Vec<String>,
+    pub(in crate::cli) warnings: Vec<String>,
 }
 
 /// The description of a name, or of a file.
-pub(super) fn find_description(
+pub(in crate::cli) fn find_description(
     name: &str,
     protocols: &ProtocolsArgs,
 ) -> Result<LocatedDescription, Failure> {
@@ -51,7 +60,7 @@ pub(super) fn find_description(
 }
 
 /// All descriptions, the user's own first; of those that cannot be used, why.
-pub(super) fn all_descriptions(
+pub(in crate::cli) fn all_descriptions(
     protocols: &ProtocolsArgs,
 ) -> Result<(Vec<LocatedDescription>, Vec<String>), Failure> {
     let (mut found, mut problems) = (Vec::new(), Vec::new());
@@ -87,7 +96,7 @@ fn shipped() -> impl Iterator<Item = LocatedDescription> {
 }
 
 /// The description in a file. Its name is that of the file, so that it is found by it.
-pub(super) fn read_description(path: &Path) -> Result<LocatedDescription, Failure> {
+pub(in crate::cli) fn read_description(path: &Path) -> Result<LocatedDescription, Failure> {
     let toml = read_text(path)?;
     let (description, mut warnings) =
         InstrumentDescription::parse(&toml, &path.display().to_string())?;

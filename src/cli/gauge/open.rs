@@ -16,43 +16,42 @@ use crate::instrument::trace::{Sink, TraceHeader};
 use crate::instrument::{Channel, CommandRole, Decoder, InstrumentDescription};
 use crate::source_text::SourceText;
 
-use super::descriptions::{LocatedDescription, find_description};
-use super::failure::Failure;
-use super::instrument_args::ProtocolsArgs;
-use super::outcome::print_error;
+use super::descriptions::{LocatedDescription, ProtocolsArgs, find_description};
+use crate::cli::failure::Failure;
+use crate::cli::outcome::print_error;
 
 /// File in which a bench keeps which gauge is on which adapter.
-pub(super) const BINDINGS_FILE: &str = "stiffbench-bench.toml";
+pub(in crate::cli) const BINDINGS_FILE: &str = "stiffbench-bench.toml";
 
 /// Where a gauge is and how it is spoken to.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Gauge")]
-pub(super) struct PortArgs {
+pub(in crate::cli) struct PortArgs {
     /// Path of the port, listed or not [default: the one bound in the bindings file]
     #[arg(long, value_name = "PORT")]
-    pub(super) port: Option<String>,
+    pub(in crate::cli) port: Option<String>,
     /// Unit that the gauge shows, if it does not send its unit
     #[arg(long)]
-    pub(super) unit: Option<String>,
+    pub(in crate::cli) unit: Option<String>,
     /// Baud rate, bit/s [default: that of the bindings file, else that of the description]
     #[arg(long)]
-    pub(super) baud: Option<u32>,
+    pub(in crate::cli) baud: Option<u32>,
     /// Let the gauge stream its values if it can, instead of requesting each value
     #[arg(long)]
-    pub(super) stream: bool,
+    pub(in crate::cli) stream: bool,
     /// Use an unverified description
     #[arg(long)]
-    pub(super) allow_unverified: bool,
-    /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
+    pub(in crate::cli) allow_unverified: bool,
+    /// Bindings file: which gauge is on which adapter, as stiffbench gauge bind writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
-    pub(super) bindings: PathBuf,
+    pub(in crate::cli) bindings: PathBuf,
     /// More descriptions.
     #[command(flatten)]
-    pub(super) protocols: ProtocolsArgs,
+    pub(in crate::cli) protocols: ProtocolsArgs,
 }
 
 /// The bindings of a bench; none if there is no file.
-pub(super) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Failure> {
+pub(in crate::cli) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Failure> {
     if !path.exists() {
         return Ok((Bindings::default(), Vec::new()));
     }
@@ -64,10 +63,10 @@ pub(super) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Fail
 }
 
 /// A gauge on an open port, ready to be read.
-pub(super) struct Gauge {
-    pub(super) description: Arc<InstrumentDescription>,
-    pub(super) header: TraceHeader,
-    pub(super) warnings: Vec<String>,
+pub(in crate::cli) struct Gauge {
+    pub(in crate::cli) description: Arc<InstrumentDescription>,
+    pub(in crate::cli) header: TraceHeader,
+    pub(in crate::cli) warnings: Vec<String>,
     unit: Option<String>,
     acquisition: Acquisition,
     expected: Option<Box<str>>,
@@ -76,7 +75,11 @@ pub(super) struct Gauge {
 
 impl Gauge {
     /// Finds and opens the port of an instrument. What goes on meanwhile is told on standard error.
-    pub(super) fn open(instrument: &str, args: &PortArgs, quiet: bool) -> Result<Self, Failure> {
+    pub(in crate::cli) fn open(
+        instrument: &str,
+        args: &PortArgs,
+        quiet: bool,
+    ) -> Result<Self, Failure> {
         let LocatedDescription {
             description,
             mut warnings,
@@ -137,7 +140,7 @@ impl Gauge {
     }
 
     /// Begins to read.
-    pub(super) fn reader(
+    pub(in crate::cli) fn reader(
         self,
         clock: Clock,
         trace: Option<Box<dyn Sink>>,
@@ -199,12 +202,12 @@ fn port_identity(
     }
     bound.and_then(Binding::port).ok_or_else(|| ArgumentError::new("--port", format!("no port is named, and {} binds {} to none", args.bindings.display(), description.name), match description.no_tty(std::env::consts::OS) {
             Some(note) => format!("on this system: {note}"),
-            None => "name it with --port, see the ports with stiffbench ports, or bind the gauge once with stiffbench ports --wait".to_owned(),
+            None => "name it with --port, see the ports with stiffbench gauge ports, or bind the gauge once with stiffbench gauge bind".to_owned(),
         }))
 }
 
 /// Parses a channel.
-pub(super) fn channel(text: &str) -> Result<Channel, String> {
+pub(in crate::cli) fn channel(text: &str) -> Result<Channel, String> {
     Channel::EVERY
         .into_iter()
         .find(|channel| channel.to_string() == text || channel.key() == text)

@@ -1,4 +1,4 @@
-//! `instrument read`: values of one gauge, now.
+//! `gauge read`: values of one gauge, now.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,17 +11,17 @@ use crate::instrument::port::PortError;
 use crate::instrument::{GaugeEvent, LinkState, Sample};
 use crate::report::{ReadReport, TimedPacket, TimedValue};
 
-use super::args::{Global, seconds};
-use super::failure::Failure;
-use super::gauge::{Gauge, PortArgs};
-use super::outcome::{Outcome, print, print_error};
+use super::open::{Gauge, PortArgs};
+use crate::cli::args::{Global, seconds};
+use crate::cli::failure::Failure;
+use crate::cli::outcome::{Outcome, print, print_error};
 
-/// Arguments of `instrument read`.
+/// Arguments of `gauge read`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench instrument read mark10-series5 --port /dev/ttyUSB0\n  stiffbench instrument read sauter-fh --unit N --seconds 10 --json"
+    after_help = "Examples:\n  stiffbench gauge read mark10-series5 --port /dev/ttyUSB0\n  stiffbench gauge read sauter-fh --unit N --seconds 10 --json"
 )]
-pub(super) struct ReadArgs {
+pub(in crate::cli) struct ReadArgs {
     /// Name of an instrument description, or a file
     #[arg(value_name = "INSTRUMENT")]
     instrument: String,
@@ -42,8 +42,8 @@ const PATIENCE_S: f64 = 10.0;
 /// So many rejected packets of one kind are printed one by one.
 const ALIKE: usize = 3;
 
-/// Runs `instrument read`.
-pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> {
+/// Runs `gauge read`.
+pub(in crate::cli) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> {
     let mut gauge = Gauge::open(&args.instrument, &args.port, global.quiet)?;
     let mut warnings = std::mem::take(&mut gauge.warnings);
     let (name, port) = (gauge.description.name.clone(), gauge.header.port.clone());
@@ -75,7 +75,7 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
     }
     warnings.extend(taken.samples.is_empty().then(|| {
         format!(
-            "no value of {name} was received: is another gauge on this port, or does it have another unit or mode? stiffbench ports --probe identifies the gauge on every port"
+            "no value of {name} was received: is another gauge on this port, or does it have another unit or mode? stiffbench gauge probe identifies the gauge on every port"
         )
     }));
     Ok(taken
@@ -107,7 +107,7 @@ impl Taken {
                     "no value was received, but {:?} ({:?})",
                     last.packet.raw, last.packet.reason
                 ),
-                help: "is another gauge on this port? Compare instrument, unit and mode with what the gauge shows; stiffbench ports --probe identifies the gauge on every port".to_owned(),
+                help: "is another gauge on this port? Compare instrument, unit and mode with what the gauge shows; stiffbench gauge probe identifies the gauge on every port".to_owned(),
             },
         }
     }
@@ -174,7 +174,7 @@ impl Taken {
 }
 
 /// A value for people: time, value as sent, unit, marks.
-pub(super) fn line(sample: &Sample) -> String {
+pub(in crate::cli) fn line(sample: &Sample) -> String {
     let marks: Vec<String> = sample
         .marks
         .iter()

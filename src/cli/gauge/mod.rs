@@ -1,7 +1,18 @@
-//! `stiffbench instrument`.
+//! `stiffbench gauge`: descriptions of gauges, their ports, their bytes.
+
+mod args;
+pub(in crate::cli) mod descriptions;
+#[cfg(unix)]
+mod emulate;
+pub(in crate::cli) mod lines;
+pub(in crate::cli) mod open;
+mod ports;
+mod read;
+pub(in crate::cli) mod trace;
 
 use std::env::consts::OS;
 use std::io::Read;
+use std::path::Path;
 
 use stiffbench_document::{Document, Table};
 
@@ -14,37 +25,31 @@ use crate::instrument::{
 use crate::report::{DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary};
 
 use super::args::Global;
-use super::descriptions::{
-    LocatedDescription, all_descriptions, find_description, read_description,
-};
-#[cfg(unix)]
-use super::emulate;
 use super::failure::{CliError, Failure};
-use super::instrument_args::{DecodeArgs, InstrumentArgs, InstrumentCommand, ProtocolsArgs};
-use super::instrument_read;
 use super::outcome::Outcome;
 use crate::count::counted;
 
-/// Lists, shows, checks descriptions, decodes bytes by one, or reads a gauge.
-pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Failure> {
+use args::{DecodeArgs, GaugeShowArgs, GaugeVerb};
+use descriptions::{LocatedDescription, all_descriptions, find_description, read_description};
+
+pub(in crate::cli) use args::GaugeArgs;
+pub use descriptions::ProtocolsArgs;
+
+/// Lists, shows and checks descriptions, finds gauges, and reads, decodes, records, replays and emulates them.
+pub(in crate::cli) fn run(args: &GaugeArgs, global: &Global) -> Result<Outcome, Failure> {
     match &args.what {
-        InstrumentCommand::List { protocols } => list(protocols),
-        InstrumentCommand::Show {
-            name: Some(name),
-            toml,
-            protocols,
-            ..
-        } => Ok(show(&find_description(name, protocols)?, *toml)),
-        InstrumentCommand::Show { name: None, .. } => {
-            let schema = json_schema();
-            let text = format!("{schema:#}\n");
-            Ok(Outcome::new("instrument-schema", text, schema))
-        }
-        InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
-        InstrumentCommand::Decode(args) => decode(args),
-        InstrumentCommand::Read(args) => instrument_read::run(args, global),
+        GaugeVerb::List { protocols } => list(protocols),
+        GaugeVerb::Show(args) => show(args),
+        GaugeVerb::Check { file } => Ok(check(read_description(file)?)),
+        GaugeVerb::Ports(args) => ports::list(args),
+        GaugeVerb::Probe(args) => ports::probe_ports(args, global),
+        GaugeVerb::Bind(args) => ports::bind(args, global),
+        GaugeVerb::Read(args) => read::run(args, global),
+        GaugeVerb::Decode(args) => decode(args),
         #[cfg(unix)]
-        InstrumentCommand::Emulate(args) => emulate::run(args, global),
+        GaugeVerb::Emulate(args) => emulate::run(args, global),
+        GaugeVerb::Record(args) => trace::record(args, global),
+        GaugeVerb::Replay(args) => trace::replay(args, global),
     }
 }
 
@@ -59,7 +64,7 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
             .words("status", |one| status_text(one))
             .words("what it is", |one| &one.text),
     );
-    document.paragraph("documented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs --allow-unverified. Details: stiffbench instrument show NAME");
+    document.paragraph("documented: from the manufacturer's manual; implemented: from working public code; recalled: from memory, needs --allow-unverified. Details: stiffbench gauge show NAME");
     warnings.extend(
         descriptions().filter_map(|one| Some(format!("{}: {}", one.name, one.no_tty(OS)?))),
     );
@@ -80,15 +85,24 @@ fn summary(found: &LocatedDescription) -> InstrumentSummary {
     InstrumentSummary::new(&found.description, found.path.as_deref())
 }
 
-fn show(found: &LocatedDescription, toml: bool) -> Outcome {
+fn show(args: &GaugeShowArgs) -> Result<Outcome, Failure> {
+    let Some(name) = &args.name else {
+        let schema = json_schema();
+        let text = format!("{schema:#}\n");
+        return Ok(Outcome::new("instrument-schema", text, schema));
+    };
+    if trace::is_trace(Path::new(name)) {
+        return trace::show(Path::new(name));
+    }
+    let found = find_description(name, &args.protocols)?;
     let description = &found.description;
-    let report = InstrumentReport::new(summary(found), description, &found.toml);
-    let text = if toml {
+    let report = InstrumentReport::new(summary(&found), description, &found.toml);
+    let text = if args.toml {
         found.toml.clone()
     } else {
         description_document(description).text()
     };
-    Outcome::new("instrument", text, report).with_warnings(found.warnings.clone())
+    Ok(Outcome::new("instrument", text, report).with_warnings(found.warnings))
 }
 
 fn commands(
@@ -157,7 +171,15 @@ fn check(found: LocatedDescription) -> Outcome {
 }
 
 fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
-    let found = find_description(&args.name, &args.protocols)?;
+    let how = (args.unit.as_deref(), &args.protocols);
+    match &args.trace {
+        Some(file) => return trace::decode(file, Some(&args.what), how),
+        None if trace::is_trace(args.what.as_ref()) => {
+            return trace::decode(args.what.as_ref(), None, how);
+        }
+        None => {}
+    }
+    let found = find_description(&args.what, &args.protocols)?;
     let description = &found.description;
     require_permission(description, args.allow_unverified)?;
     let mut decoder = Decoder::new(description, args.unit.as_deref())?;
@@ -173,7 +195,7 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
 }
 
 /// A description from memory is used only on the operator's word.
-pub(super) fn require_permission(
+pub(in crate::cli) fn require_permission(
     description: &InstrumentDescription,
     allowed: bool,
 ) -> Result<(), Failure> {
@@ -255,7 +277,7 @@ fn without_noise(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 
-pub(super) fn reply_reason(reply: &Reply) -> String {
+pub(in crate::cli) fn reply_reason(reply: &Reply) -> String {
     match &reply.meaning {
         Meaning::Acknowledged => "an acknowledgement, not a value".to_owned(),
         Meaning::Refused(why) => why.clone(),

@@ -1,5 +1,6 @@
-//! `ports`: which serial ports there are, what is on them, and which gauge is bound to which.
+//! `gauge ports`, `gauge probe` and `gauge bind`: which serial ports there are, what is on them, and which gauge is bound to which.
 
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -14,76 +15,127 @@ use crate::instrument::port::{
 use crate::instrument::probe::{ProbeFinding, clear_match, probe};
 use crate::instrument::{Channel, InstrumentDescription};
 
-use super::args::{Global, seconds};
-use super::descriptions::{all_descriptions, find_description};
-use super::failure::{CliError, Failure};
-use super::gauge::{BINDINGS_FILE, channel, read_bindings};
-use super::instrument_args::ProtocolsArgs;
-use super::outcome::{Outcome, print_error};
+use super::descriptions::{ProtocolsArgs, all_descriptions, find_description};
+use super::open::{BINDINGS_FILE, channel, read_bindings};
+use crate::cli::args::{Global, seconds};
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::outcome::{Outcome, print_error};
 use crate::report::{BindingReport, BoundGauge, PortList, PortReport, ProbeReport};
 use crate::session::write_whole;
 
-/// Arguments of `ports`.
+/// Arguments of `gauge ports`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  stiffbench gauge ports")]
+pub(super) struct PortsArgs {
+    /// Bindings file: which gauge is on which adapter
+    #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
+    bindings: PathBuf,
+}
+
+/// Arguments of `gauge probe`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Listing opens no port. --probe opens each port, listens, and requests a value; it sends no command that changes a setting. If nothing answers, it tries other baud rates, which takes a minute with all descriptions and seconds with --instrument.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
+    after_help = "Opens each port, listens, and requests a value; sends no command that changes a setting. If nothing answers, it tries other baud rates, which takes a minute with all descriptions and seconds with --instrument.\n\nExamples:\n  stiffbench gauge probe\n  stiffbench gauge probe /dev/ttyUSB0"
 )]
-pub(super) struct PortsArgs {
-    /// Identify the instrument on each port
-    #[arg(long)]
-    probe: bool,
-    /// Path of the only port to use, listed or not
+pub(super) struct ProbeArgs {
+    /// Ports to probe, listed or not [default: all that are listed]
+    #[arg(value_name = "PORT")]
+    ports: Vec<String>,
+    /// Bindings file: which gauge is on which adapter
+    #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
+    bindings: PathBuf,
+    /// Which descriptions are tried.
+    #[command(flatten)]
+    candidates: CandidateArgs,
+}
+
+/// Arguments of `gauge bind`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench gauge bind force                                      plug the force gauge in now\n  stiffbench gauge bind displacement --port /dev/ttyUSB1\n  stiffbench gauge bind displacement-x --instrument mitutoyo-01a"
+)]
+pub(super) struct BindArgs {
+    /// Gauge: force, displacement, or displacement-x, displacement-y, displacement-z
+    #[arg(value_name = "CHANNEL", value_parser = channel)]
+    bound: Channel,
+    /// Path of the port, listed or not [default: the one that is plugged in next]
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// Wait until a port is plugged in
-    #[arg(long, conflicts_with = "port")]
-    wait: bool,
-    /// How long to wait for it, s
-    #[arg(long, value_name = "S", default_value = "120", value_parser = seconds, requires = "wait")]
+    /// How long to wait for a port to be plugged in, s
+    #[arg(long, value_name = "S", default_value = "120", value_parser = seconds, conflicts_with = "port")]
     within: f64,
-    /// Bind the port to the force or displacement gauge
-    #[arg(long, value_name = "CHANNEL", value_parser = channel)]
-    bind: Option<Channel>,
-    /// Instrument on the port [default: found by probing]
-    #[arg(long, value_name = "NAME|FILE")]
-    instrument: Option<String>,
     /// Unit that the gauge shows, if it does not send its unit
     #[arg(long)]
     unit: Option<String>,
     /// Bindings file: which gauge is on which adapter
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
-    bindings: std::path::PathBuf,
+    bindings: PathBuf,
+    /// Which descriptions are tried.
+    #[command(flatten)]
+    candidates: CandidateArgs,
+}
+
+/// Which descriptions are tried on a port.
+#[derive(Debug, Args)]
+struct CandidateArgs {
+    /// Instrument on the port [default: found by probing]
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
     /// More descriptions.
     #[command(flatten)]
     protocols: ProtocolsArgs,
 }
 
-/// Runs `ports`.
-pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure> {
-    let ports = if args.wait {
-        vec![wait_for_port(args, global)?]
-    } else {
-        named_or_all(args)?
-    };
-    if let Some(bound) = args.bind {
-        return bind(args, bound, &ports, global);
+impl CandidateArgs {
+    /// The descriptions to try.
+    fn descriptions(&self) -> Result<Vec<InstrumentDescription>, Failure> {
+        let found = match &self.instrument {
+            Some(name) => vec![find_description(name, &self.protocols)?],
+            None => all_descriptions(&self.protocols)?.0,
+        };
+        Ok(found.into_iter().map(|found| found.description).collect())
     }
-    let descriptions = candidates(args)?;
-    let (bindings, warnings) = read_bindings(&args.bindings)?;
-    let listed = ports.clone();
-    let found = ports.into_iter().map(|port| {
-        let result = (args.probe || args.wait).then(|| probe_port(&port, &descriptions, global));
-        (port, result)
+}
+
+/// Runs `gauge ports`.
+pub(super) fn list(args: &PortsArgs) -> Result<Outcome, Failure> {
+    let ports = list_ports()?.into_iter().map(|port| (port, None));
+    listed(ports.collect(), &args.bindings)
+}
+
+/// Runs `gauge probe`.
+pub(super) fn probe_ports(args: &ProbeArgs, global: &Global) -> Result<Outcome, Failure> {
+    let descriptions = args.candidates.descriptions()?;
+    let known = list_ports()?;
+    let ports: Vec<PortInfo> = if args.ports.is_empty() {
+        known
+    } else {
+        args.ports.iter().map(|path| named(path, &known)).collect()
+    };
+    let probed = ports.into_iter().map(|port| {
+        let result = probe_port(&port, &descriptions, global);
+        (port, Some(result))
     });
-    let found: Vec<(PortInfo, Option<ProbeResult>)> = found.collect();
-    let document = document(&found, |port| bound_to(port, &listed, &bindings));
-    let ports = found.into_iter().map(|(port, probe_port)| PortReport {
-        bound: bound_to(&port, &listed, &bindings),
+    listed(probed.collect(), &args.bindings)
+}
+
+/// Ports with what is bound to them and what answered.
+fn listed(
+    found: Vec<(PortInfo, Option<ProbeResult>)>,
+    bindings: &Path,
+) -> Result<Outcome, Failure> {
+    let (bindings, warnings) = read_bindings(bindings)?;
+    let ports: Vec<PortInfo> = found.iter().map(|(port, _)| port.clone()).collect();
+    let document = document(&found, |port| bound_to(port, &ports, &bindings));
+    let reports = found.into_iter().map(|(port, probe_port)| PortReport {
+        bound: bound_to(&port, &ports, &bindings),
         port,
         probe: probe_port.map(probed),
     });
-    let ports = ports.collect();
-    Ok(Outcome::new("ports", document, PortList { ports }).with_warnings(warnings))
+    let list = PortList {
+        ports: reports.collect(),
+    };
+    Ok(Outcome::new("ports", document, list).with_warnings(warnings))
 }
 
 /// The gauges that a bindings file has on a port.
@@ -103,17 +155,14 @@ fn bound_to(port: &PortInfo, ports: &[PortInfo], bindings: &Bindings) -> Vec<Bou
 /// What probing a port gave.
 type ProbeResult = Result<Vec<ProbeFinding>, PortError>;
 
-fn named_or_all(args: &PortsArgs) -> Result<Vec<PortInfo>, Failure> {
-    let ports = list_ports()?;
-    let Some(path) = &args.port else {
-        return Ok(ports);
-    };
-    let known = ports.into_iter().find(|port| port.answers_to(path));
-    Ok(vec![known.unwrap_or_else(|| PortInfo::of_path(path))])
+/// The port of a path, listed or not.
+fn named(path: &str, known: &[PortInfo]) -> PortInfo {
+    let known = known.iter().find(|port| port.answers_to(path));
+    known.cloned().unwrap_or_else(|| PortInfo::of_path(path))
 }
 
 /// The port that is plugged in from now on.
-fn wait_for_port(args: &PortsArgs, global: &Global) -> Result<PortInfo, Failure> {
+fn wait_for_port(args: &BindArgs, global: &Global) -> Result<PortInfo, Failure> {
     let before = list_ports()?;
     if !global.quiet {
         print_error(
@@ -150,19 +199,10 @@ fn wait_for_port(args: &PortsArgs, global: &Global) -> Result<PortInfo, Failure>
 fn several_plugged(ports: &[PortInfo]) -> ArgumentError {
     let paths: Vec<&str> = ports.iter().map(|port| port.path.as_str()).collect();
     ArgumentError::new(
-        "--wait",
+        "gauge bind",
         format!("more than one port appeared at once: {}", paths.join(", ")),
         "plug in one at a time, or name the one that is meant with --port",
     )
-}
-
-/// The descriptions to try.
-fn candidates(args: &PortsArgs) -> Result<Vec<InstrumentDescription>, Failure> {
-    let found = match &args.instrument {
-        Some(name) => vec![find_description(name, &args.protocols)?],
-        None => all_descriptions(&args.protocols)?.0,
-    };
-    Ok(found.into_iter().map(|found| found.description).collect())
 }
 
 fn probe_port(
@@ -177,24 +217,21 @@ fn probe_port(
     })
 }
 
-/// Writes which gauge is on the one port there is to bind.
-fn bind(
-    args: &PortsArgs,
-    bound: Channel,
-    ports: &[PortInfo],
-    global: &Global,
-) -> Result<Outcome, Failure> {
-    let [port] = ports else {
-        return Err(not_one(ports).into());
+/// Runs `gauge bind`: writes which gauge is on a port.
+pub(super) fn bind(args: &BindArgs, global: &Global) -> Result<Outcome, Failure> {
+    let bound = args.bound;
+    let port = &match &args.port {
+        Some(path) => named(path, &list_ports()?),
+        None => wait_for_port(args, global)?,
     };
-    let findings = probe_port(port, &candidates(args)?, global)?;
+    let findings = probe_port(port, &args.candidates.descriptions()?, global)?;
     let matching = clear_match(&findings);
-    let instrument = match (&args.instrument, matching) {
+    let instrument = match (&args.candidates.instrument, matching) {
         (Some(name), _) => name.clone(),
         (None, Some(found)) => found.instrument.clone(),
         (None, None) => return Err(not_clear(port, &findings)),
     };
-    let found = find_description(&instrument, &args.protocols)?;
+    let found = find_description(&instrument, &args.candidates.protocols)?;
     check_channel(&found.description, bound)?;
     let mut warnings = found.warnings;
     if findings.is_empty() {
@@ -207,7 +244,7 @@ fn bind(
     if binding.usb.as_ref().is_some_and(|usb| usb.serial.is_none()) {
         warnings.push("this adapter has no serial number: it is known by its socket only, and has to stay in it".to_owned());
     }
-    warnings.extend(write_binding(args, bound, &binding)?);
+    warnings.extend(write_binding(&args.bindings, bound, &binding)?);
     let port_name = binding
         .port()
         .map_or_else(String::new, |port| port.to_string());
@@ -245,28 +282,12 @@ fn binding_of(
 }
 
 /// Puts a binding into the file; what a user should know of it.
-fn write_binding(
-    args: &PortsArgs,
-    bound: Channel,
-    binding: &Binding,
-) -> Result<Vec<String>, Failure> {
-    let (old, mut warnings) = read_bindings(&args.bindings)?;
+fn write_binding(file: &Path, bound: Channel, binding: &Binding) -> Result<Vec<String>, Failure> {
+    let (old, mut warnings) = read_bindings(file)?;
     let (new, note) = old.with(bound, binding.clone());
     warnings.extend(note);
-    write_whole(&args.bindings, new.to_toml().as_bytes())
-        .map_err(CliError::write(&args.bindings))?;
+    write_whole(file, new.to_toml().as_bytes()).map_err(CliError::write(file))?;
     Ok(warnings)
-}
-
-fn not_one(ports: &[PortInfo]) -> ArgumentError {
-    ArgumentError::new(
-        "--bind",
-        format!(
-            "there are {} ports, and it is not clear which one to use",
-            ports.len()
-        ),
-        "name it with --port, or plug it in after --wait",
-    )
 }
 
 fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
@@ -281,8 +302,7 @@ fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
         } else {
             format!("more than one instrument fits: {}", candidates.join(", "))
         },
-        help: "name it with --instrument (stiffbench instrument list shows what is known)"
-            .to_owned(),
+        help: "name it with --instrument (stiffbench gauge list shows what is known)".to_owned(),
     }
     .into()
 }
@@ -292,7 +312,7 @@ fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<
         return Ok(());
     }
     Err(ArgumentError::new(
-        format!("--bind {bound}"),
+        format!("gauge bind {bound}"),
         format!("{} is a {} gauge", description.name, description.channel),
         format!("bind it as {}", description.channel),
     ))

@@ -1,13 +1,13 @@
 //! `trace`: bytes of a line, recorded, shown, decoded, replayed.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Args, Subcommand};
+use clap::Args;
 use stiffbench_document::{Document, Table};
 
 use crate::analysis::{ArgumentError, is_dash, read_bytes};
@@ -21,49 +21,20 @@ use crate::report::{
     TraceValues,
 };
 
-use super::args::{Global, seconds};
-use super::descriptions::find_description;
-use super::failure::{CliError, Failure};
-use super::gauge::{Gauge, PortArgs};
-use super::instrument_args::ProtocolsArgs;
-use super::instrument_read::line;
-use super::moved::MovedArgs;
-use super::outcome::{Outcome, print, print_error};
+use super::descriptions::{ProtocolsArgs, find_description};
+use super::open::{Gauge, PortArgs};
+use super::read::line;
+use crate::cli::args::{Global, seconds};
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::outcome::{Outcome, print, print_error};
 use crate::count::counted;
 
-/// Arguments of `trace`.
+/// Arguments of `gauge record`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench trace record mark10-series5 --port /dev/ttyUSB0 --seconds 30 --out pull.trace\n  stiffbench trace show pull.trace\n  stiffbench trace decode pull.trace --json\n  stiffbench trace replay force.trace dial.trace --speed 10"
+    after_help = "Examples:\n  stiffbench gauge record mark10-series5 --port /dev/ttyUSB0 --seconds 30 --out pull.trace\n  stiffbench gauge show pull.trace\n  stiffbench gauge decode pull.trace --json"
 )]
-pub(super) struct TraceArgs {
-    /// What to do.
-    #[command(subcommand)]
-    what: TraceCommand,
-}
-
-/// Subcommands of `trace`.
-#[derive(Debug, Subcommand)]
-enum TraceCommand {
-    /// Record every byte on a gauge's line, in both directions, with times
-    Record(RecordArgs),
-    /// Show the contents of a trace and its damaged lines
-    Show {
-        /// Trace
-        file: PathBuf,
-    },
-    /// Decode the values in a trace and list the rejected bytes
-    Decode(TraceDecodeArgs),
-    /// Replay traces as live gauges, at any speed
-    Replay(ReplayArgs),
-    /// Moved to stiffbench-validate
-    #[command(hide = true, disable_help_flag = true)]
-    Sustain(MovedArgs),
-}
-
-/// Arguments of `trace record`.
-#[derive(Debug, Args)]
-struct RecordArgs {
+pub(super) struct RecordArgs {
     /// Name of an instrument description, or a file
     #[arg(value_name = "INSTRUMENT")]
     instrument: String,
@@ -78,25 +49,10 @@ struct RecordArgs {
     seconds: Option<f64>,
 }
 
-/// Which trace, and how its bytes are read.
+/// Arguments of `gauge replay`.
 #[derive(Debug, Args)]
-struct TraceDecodeArgs {
-    /// Trace
-    file: PathBuf,
-    /// Instrument description [default: the one the trace names]
-    #[arg(long, value_name = "NAME|FILE")]
-    instrument: Option<String>,
-    /// Unit that the gauge shows, if it does not send its unit [default: the one the trace names]
-    #[arg(long)]
-    unit: Option<String>,
-    /// More descriptions.
-    #[command(flatten)]
-    protocols: ProtocolsArgs,
-}
-
-/// Arguments of `trace replay`.
-#[derive(Debug, Args)]
-struct ReplayArgs {
+#[command(after_help = "Examples:\n  stiffbench gauge replay force.trace dial.trace --speed 10")]
+pub(super) struct ReplayArgs {
     /// Traces, one for each gauge
     #[arg(required = true, num_args = 1..=2)]
     files: Vec<PathBuf>,
@@ -110,23 +66,15 @@ struct ReplayArgs {
 
 /// How fast a trace is replayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Speed {
+pub(in crate::cli) enum Speed {
     /// So many times as fast as it was recorded.
     Times(f64),
     /// As fast as possible.
     Fastest,
 }
 
-/// Runs `trace`.
-pub(super) fn run(args: &TraceArgs, global: &Global) -> Result<Outcome, Failure> {
-    match &args.what {
-        TraceCommand::Record(args) => record(args, global),
-        TraceCommand::Show { file } => show(file),
-        TraceCommand::Decode(args) => decode(args),
-        TraceCommand::Replay(args) => replay(args, global),
-        TraceCommand::Sustain(args) => args.run("trace sustain", "sustain"),
-    }
-}
+/// How the first line of every trace begins.
+const TRACE_BEGINS: &[u8; 19] = b"# stiffbench/trace/";
 
 /// A file whose flush reaches the disk.
 struct Durable(BufWriter<File>);
@@ -142,7 +90,7 @@ impl Write for Durable {
     }
 }
 
-fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     if is_dash(&args.out) {
         return Err(CliError::Dash.into());
     }
@@ -241,7 +189,7 @@ fn read(file: &Path) -> Result<(GaugeTrace, Vec<String>), Failure> {
     Ok((trace, warnings))
 }
 
-fn show(file: &Path) -> Result<Outcome, Failure> {
+pub(super) fn show(file: &Path) -> Result<Outcome, Failure> {
     let (trace, warnings) = read(file)?;
     let mut document = Document::new();
     let header = &trace.header;
@@ -320,9 +268,9 @@ fn events(
     let (trace, mut warnings) = read(file)?;
     let Some(name) = instrument.or(trace.header.instrument.as_deref()) else {
         return ArgumentError::refuse(
-            "--instrument",
-            format!("{} does not name its instrument", file.display()),
-            "name it; stiffbench instrument list shows what is known",
+            file.display().to_string(),
+            "this trace does not name its gauge",
+            "stiffbench gauge decode GAUGE TRACE names it; stiffbench gauge list shows what is known",
         );
     };
     let found = find_description(name, protocols)?;
@@ -330,13 +278,21 @@ fn events(
     Ok((events_of(&trace, &found.description, unit)?, warnings))
 }
 
-fn decode(args: &TraceDecodeArgs) -> Result<Outcome, Failure> {
-    let (events, warnings) = events(
-        &args.file,
-        args.instrument.as_deref(),
-        args.unit.as_deref(),
-        &args.protocols,
-    )?;
+/// Whether a file is meant as a trace: it is called one, or begins as one of whatever version.
+pub(super) fn is_trace(file: &Path) -> bool {
+    let mut begin = [0; TRACE_BEGINS.len()];
+    let read = File::open(file).and_then(|mut file| file.read_exact(&mut begin));
+    let is_called = file.extension().is_some_and(|ending| ending == "trace");
+    is_called || (read.is_ok() && begin == *TRACE_BEGINS)
+}
+
+/// Decodes the values of a trace, by the description that it names or by `gauge`.
+pub(super) fn decode(
+    file: &Path,
+    gauge: Option<&str>,
+    (unit, protocols): (Option<&str>, &ProtocolsArgs),
+) -> Result<Outcome, Failure> {
+    let (events, warnings) = events(file, gauge, unit, protocols)?;
     let mut document = Document::new();
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     for (_, event) in &events {
@@ -366,7 +322,7 @@ fn decode(args: &TraceDecodeArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::new("trace-decode", document, report).with_warnings(warnings))
 }
 
-fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
     let mut traces = Vec::new();
     let mut warnings = Vec::new();
     for file in &args.files {
@@ -398,7 +354,7 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
 }
 
 /// A speed as typed: a number, or max.
-pub(super) fn pace(text: &str) -> Result<Speed, String> {
+pub(in crate::cli) fn pace(text: &str) -> Result<Speed, String> {
     if text == "max" {
         return Ok(Speed::Fastest);
     }

@@ -1,0 +1,108 @@
+//! `stiffbench part`: a table of force against displacement without a robot.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
+use crate::analysis::{Inputs, PartModelFile, diagnose_part, laws, read_bytes, sha256, shown};
+use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions};
+use crate::specimen::{SpecimenOptions, read_specimen};
+
+use super::args::Global;
+use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, report_of};
+use super::failure::Failure;
+use super::outcome::Outcome;
+use super::predict::{self, PredictArgs};
+use super::progress::progress;
+use super::specimen_args::PartTableArgs;
+
+/// Arguments of `part`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel --force-unit kN\n  stiffbench part predict cell/model.toml planned.csv"
+)]
+pub(super) struct PartArgs {
+    /// What to do.
+    #[command(subcommand)]
+    what: PartCommand,
+}
+
+/// Subcommands of `part`.
+#[derive(Debug, Subcommand)]
+enum PartCommand {
+    /// Find what a straight line leaves out: which effect explains it, its size and the evidence
+    Diagnose(Box<PartDiagnoseArgs>),
+    /// Predict readings from a part model, with an uncertainty band
+    Predict(PredictArgs),
+}
+
+/// Arguments of `part diagnose`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "docs/parts.md explains the results.\n\nExamples:\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel --force-unit kN --displacement-unit mm\n  stiffbench part diagnose ramps.csv --response force --map force=torque_Nm,displacement=angle_mrad,run=cycle --out ramps"
+)]
+struct PartDiagnoseArgs {
+    /// Table of force against displacement, or of any two quantities
+    #[arg(value_name = "TABLE")]
+    data: PathBuf,
+    /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one
+    #[arg(long, value_name = "WHAT=COLUMN", required = true)]
+    map: Vec<String>,
+    /// Laws to exclude from the search, comma-separated
+    #[arg(long, value_delimiter = ',', value_name = "LAW")]
+    without: Vec<String>,
+    /// Seed of the noise simulations that set the critical values
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Folder for the results [default: nothing is written]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Write no figures
+    #[arg(long)]
+    no_figures: bool,
+    /// Units and form.
+    #[command(flatten)]
+    table: PartTableArgs,
+}
+
+/// Diagnoses a part, or predicts it.
+pub(super) fn run(args: &PartArgs, global: &Global) -> Result<Outcome, Failure> {
+    match &args.what {
+        PartCommand::Predict(args) => predict::run(args),
+        PartCommand::Diagnose(args) => {
+            let options = args.table.with_columns(&args.map)?;
+            let search = SearchOptions {
+                without: laws(&args.without)?,
+                seed: args.seed,
+                ..SearchOptions::default()
+            };
+            let results = ResultFolder {
+                folder: args.out.clone(),
+                is_named: args.out.is_some(),
+                with_figures: !args.no_figures,
+            };
+            diagnosed(&args.data, &options, &search, (&results, global))
+        }
+    }
+}
+
+/// Reads the table and states what a straight line leaves out.
+pub(super) fn diagnosed(
+    path: &Path,
+    options: &SpecimenOptions,
+    search: &SearchOptions,
+    (results, global): (&ResultFolder, &Global),
+) -> Result<Outcome, Failure> {
+    let bytes = read_bytes(path)?;
+    let (name, hash) = (shown(path), sha256(&bytes));
+    let inputs = Inputs::default().with_list(&name, &hash);
+    let table = read_specimen(&name, bytes.as_slice(), options)?.thinned(MOST_READINGS_OF_A_PART);
+    let bar = progress(global, DIAGNOSIS_STEPS, 4);
+    let (report, model) = diagnose_part(&name, &table, search, &|| bar.inc(1))?;
+    let verdict = report.diagnosis.verdict.to_string();
+    let model = model.map(|model| PartModelFile::new(&model, options, (&name, &hash), verdict));
+    let model = |_: &Path| Ok(model.map(|model| model.to_toml()));
+    let outcome = report_of(results, &report, (&inputs, &[]), model)?;
+    bar.finish_and_clear();
+    Ok(outcome)
+}
