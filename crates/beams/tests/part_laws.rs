@@ -4,9 +4,9 @@
 
 use stiffbench_beams::physics::laws::{
     BACKLASH_DUAL, CONTACT, CONTACT_DUAL, END_STOP, END_STOP_DUAL, FRICTION_DUAL,
-    HARDENING_BEHIND_FRICTION, LOAD_DEPENDENT_FRICTION, MAXWELL_SLIP, MAXWELL_SLIP_DUAL,
-    ODD_POLYNOMIAL, PART_CREEP, PART_CREEP_DUAL, PART_FRICTION, PART_SETTING_IN, RELAXATION,
-    RELAXATION_DUAL, SOFTENING_DUAL, WARM_UP,
+    HARDENING_BEHIND_FRICTION, JOINT_SEPARATION, JOINT_SEPARATION_DUAL, LOAD_DEPENDENT_FRICTION,
+    MAXWELL_SLIP, MAXWELL_SLIP_DUAL, ODD_POLYNOMIAL, PART_CREEP, PART_CREEP_DUAL, PART_FRICTION,
+    PART_SETTING_IN, RELAXATION, RELAXATION_DUAL, SOFTENING_DUAL, WARM_UP,
 };
 use stiffbench_beams::physics::{DrivenPath, Law, values_of};
 
@@ -143,8 +143,33 @@ fn contact_is_the_same_part_both_ways() {
     let (size, full, power) = (2.0, 60.0, 1.5);
     let force: Vec<f64> = path().iter().map(|force| force.abs()).collect();
     let approach = answers(CONTACT, &[size, full, power], &force);
+    // Toward the same end, where the size is the force.
     let carried = answers(CONTACT_DUAL, &[full, size, power, 0.0], &approach);
     for (force, again) in force.iter().zip(carried) {
+        assert!(
+            (force - again).abs() < ROUNDING,
+            "{again} instead of {force}"
+        );
+    }
+}
+
+/// Of two springs in series one is preloaded against a rigid face: closed form of either face, one from the other.
+#[test]
+fn a_preload_that_opens_is_the_same_part_both_ways() {
+    let (soft, preload) = (0.06, 30.0);
+    let (stiff, opening) = (SPRING, preload / SPRING);
+    let force = path();
+    let opened = answers(JOINT_SEPARATION, &[soft, preload], &force);
+    let travel: Vec<f64> = force
+        .iter()
+        .zip(opened)
+        .map(|(f, more)| f / stiff + more)
+        .collect();
+    // Beyond the opening 1/(1/k + c) is left of k.
+    let lost = stiff - 1.0 / (1.0 / stiff + soft);
+    let missing = answers(JOINT_SEPARATION_DUAL, &[lost, opening], &travel);
+    for ((force, x), missing) in force.iter().zip(&travel).zip(missing) {
+        let again = stiff * x + missing;
         assert!(
             (force - again).abs() < ROUNDING,
             "{again} instead of {force}"

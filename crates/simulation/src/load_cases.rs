@@ -92,6 +92,7 @@ pub fn simulate_load_cases(
             load: &load,
             release_n: None,
             keep_history: false,
+            zero_each_run: false,
         };
         let applied = (1..=plan.repeats).map(|repeat| ActingLoad {
             point: LoadPoint {

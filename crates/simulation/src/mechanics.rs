@@ -41,6 +41,8 @@ pub(super) struct CellMechanics<'a> {
     pub(super) release_n: Option<f64>,
     /// Whether joints stay as a run left them when the next one begins.
     pub(super) keep_history: bool,
+    /// Whether the gauge is zeroed before each run: it counts from what the run before left.
+    pub(super) zero_each_run: bool,
 }
 
 impl CellMechanics<'_> {
@@ -48,6 +50,7 @@ impl CellMechanics<'_> {
     pub(super) fn displacements_m(&self, read: Direction, loads: &[ActingLoad]) -> Vec<f64> {
         let mut displacements_m = vec![0.0; loads.len()];
         let mut joint_rotations = JointRotations::default();
+        let (mut of_repeat, mut at_zero_m) = (0, 0.0);
         for (repeat, places) in self.stretches(loads) {
             let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
             let run = RunLoads {
@@ -64,6 +67,17 @@ impl CellMechanics<'_> {
             } else {
                 LawSet::displacements_m
             };
+            if self.keep_history && self.zero_each_run && repeat != of_repeat {
+                let unloaded = [LoadPoint::release(0.0)];
+                let run = RunLoads {
+                    loads: &unloaded,
+                    ..run
+                };
+                let mut left = [0.0];
+                self.laws
+                    .go_on_m(self.structure, &run, &mut joint_rotations, &mut left);
+                (of_repeat, at_zero_m) = (repeat, left[0]);
+            }
             act(
                 self.laws,
                 self.structure,
@@ -72,7 +86,7 @@ impl CellMechanics<'_> {
                 &mut out,
             );
             for (place, displacement_m) in places.into_iter().zip(out) {
-                displacements_m[place] = displacement_m;
+                displacements_m[place] = displacement_m - at_zero_m;
             }
         }
         displacements_m

@@ -223,6 +223,7 @@ impl<'a> VirtualBench<'a> {
             load: setup.load,
             release_n: procedure.release_n(),
             keep_history: self.keep_history,
+            zero_each_run: procedure.zero == ZeroScope::Run,
         }
         .along_m(&setup.read, &set.loads);
         let cell = RecordedCell {

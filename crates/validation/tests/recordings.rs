@@ -11,7 +11,7 @@ fn descriptions_of_recordings_use_the_known_terms() {
         "nothing-missing",
         "insufficient-data",
     ];
-    const PHYSICS: [&str; 23] = [
+    const PHYSICS: [&str; 24] = [
         "joint-compliance",
         "joint-backlash",
         "joint-friction",
@@ -32,6 +32,7 @@ fn descriptions_of_recordings_use_the_known_terms() {
         "preloaded-backlash",
         "odd-polynomial",
         "end-stop",
+        "joint-separation",
         "contact",
         "relaxation",
         "softening",

@@ -166,6 +166,12 @@ pub trait ForwardProblem {
         false
     }
 
+    /// Whether a model is clearly a better fit than another with the same terms.
+    fn fits_better(&self, model: &Self::Model, other: &Self::Model) -> bool {
+        let _ = (model, other);
+        false
+    }
+
     /// Whether a fitted candidate explains clearly more than a curve that has no physics in it would; only then it takes the place of another.
     fn is_sharp(&self, fitted: &Self::Fitted) -> bool {
         let _ = fitted;
@@ -348,13 +354,20 @@ fn swap<P: ForwardProblem>(problem: &P, mut model: P::Model) -> Result<P::Model,
             let Some(best) = ranked.clone().next() else {
                 continue;
             };
+            if problem.is_term(&model, term, best) {
+                // Fitted anew beside the others a term may come out of a valley that it was in alone.
+                if let Some(next) = problem.with(best)?
+                    && problem.fits_better(&next, &model)
+                {
+                    model = next;
+                    improved = true;
+                }
+                continue;
+            }
             let own = ranked.find(|one| problem.is_term(&model, term, one));
             let evidence = |fitted: &P::Fitted| problem.evidence(fitted).log_bayes();
             let is_better = own.is_none_or(|own| evidence(best) > evidence(own) + SWAP_GAIN);
-            if !problem.is_term(&model, term, best)
-                && is_better
-                && let Some(next) = problem.with(best)?
-            {
+            if is_better && let Some(next) = problem.with(best)? {
                 model = next;
                 improved = true;
             }

@@ -86,6 +86,7 @@ impl SolvedCell {
             load,
             release_n: procedure.release_n(),
             keep_history: false,
+            zero_each_run: false,
         };
         let drifting = CellMechanics {
             laws: drift,

@@ -51,6 +51,7 @@ fn laws_of_one_name_differ_in_place_or_unit_and_rows_are_unique() {
 fn shapes_are_plausible_and_combinations_in_proportion_to_their_first_value() {
     let scale = crate::physics::PlaceScale {
         force_n: 70.0,
+        force_range_n: [-70.0, 0.0],
         displacement_m: 1e-3,
         time_s: 200.0,
         warming_k: 2.0,

@@ -27,6 +27,9 @@ const MOST_OF_A_PART: usize = 5;
 /// Laws of a part with which the search begins again where what it found first leaves more than noise (1). Stated.
 const OTHER_STARTS: usize = 4;
 
+/// Weighted squares of a fit, in those of another with the same laws, below which it lies in a deeper valley (1). Numerics.
+const CLEARLY_LOWER: f64 = 0.97;
+
 /// Mean weighted square of the readings from which more is left than scatter of neighbours (1). Stated.
 const MORE_THAN_NOISE: f64 = 1.5;
 
@@ -240,6 +243,11 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn explains_more(&self, model: &State, other: &State) -> bool {
         model.fitted.squares < other.fitted.squares
+    }
+
+    fn fits_better(&self, model: &State, other: &State) -> bool {
+        self.candidates.problem.observations.is_recording()
+            && model.fitted.squares < CLEARLY_LOWER * other.fitted.squares
     }
 
     fn terms(&self, state: &State) -> usize {

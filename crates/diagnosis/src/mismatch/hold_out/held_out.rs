@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_beams::physics::Place;
+use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_units_and_text::quantity::micro;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -127,7 +127,7 @@ impl<'p, 'a> HoldOut<'p, 'a> {
             + model
                 .effects
                 .iter()
-                .map(|e| e.fitted_values())
+                .map(Effect::fitted_values)
                 .sum::<usize>();
         let poses = observations.poses.len();
         let folds = if poses > 1 {

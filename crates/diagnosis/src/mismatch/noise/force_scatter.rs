@@ -33,9 +33,9 @@ pub(super) fn force_scatter(observations: &Observations) -> Option<f64> {
             steps.entry(load.step).or_default().push(point);
         }
         for steps in branches.values() {
-            let steps: Vec<&Step> = steps.values().collect();
+            let steps: Vec<&[(f64, f64)]> = steps.values().map(Vec::as_slice).collect();
             for three in steps.windows(3) {
-                let [before, step, after] = [three[0], three[1], three[2]].map(|step| mean(step));
+                let [before, step, after] = [three[0], three[1], three[2]].map(mean);
                 let slope = (after.1 - before.1) / (after.0 - before.0);
                 if three[1].len() < 2 || !slope.is_finite() {
                     continue;
@@ -120,7 +120,7 @@ fn about_steps(observations: &Observations, values: Vec<f64>) -> Vec<f64> {
     about_means(values, steps.into_iter(), count)
 }
 
-fn mean(step: &Step) -> (f64, f64) {
+fn mean(step: &[(f64, f64)]) -> (f64, f64) {
     let count = step.len() as f64;
     let sum = step
         .iter()

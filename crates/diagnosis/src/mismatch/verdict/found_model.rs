@@ -122,6 +122,7 @@ mod tests {
                 .to_vec(),
             findings,
             sizes: crate::mismatch::ConfigurationSizes::Common,
+            beginnings: crate::mismatch::Beginnings::default(),
             unexplained: Location {
                 stratum: Stratum::Rest,
                 pose: None,
