@@ -3,7 +3,7 @@
 use super::baselines::Baseline;
 use super::candidates::{
     CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues, changing_sizes,
-    fitted_beginnings, gain_over, scored_beginnings,
+    fitted_beginnings, log_bayes_over, scored_beginnings,
 };
 use super::error::MismatchError;
 use super::observed::Observations;
@@ -82,7 +82,7 @@ fn diagnose_and<T>(
     if let Some(readings) = &begun_again {
         let (again, others) = (on(readings), CandidateMemo::default());
         let (other, _) = Candidates::new(&again, &others).search(options, Some(&critical))?;
-        if gain_over((&again, &other.after), (&bench, &found.after))? > 0.0 {
+        if log_bayes_over((&again, &other.after), (&bench, &found.after))? > 0.0 {
             (bench, memo, found) = (again, others, other);
         }
     }

@@ -60,17 +60,19 @@ pub(crate) fn scored_beginnings(
         problem.independent_values(&state, &mut problem.predictor(), &state.fitted.model)?;
     let independent = independent.unwrap_or(observations.len() as f64);
     let left = |fall: f64| (squares - fall).max(f64::MIN_POSITIVE);
-    let gain = |beginnings: Beginnings| -> Result<(f64, Observations), MismatchError> {
+    let log_bayes = |beginnings: Beginnings| -> Result<(f64, Observations), MismatchError> {
         let cost = cost(&beginnings);
         let begun = observations.with_beginnings(beginnings);
         let fall = largest(&begun)?;
-        let gain = 0.5 * independent * (left(virgin) / left(fall)).ln() - cost;
-        Ok((gain, begun))
+        let log_bayes = 0.5 * independent * (left(virgin) / left(fall)).ln() - cost;
+        Ok((log_bayes, begun))
     };
     let mut best: Option<(f64, Observations)> = None;
     let mut take = |beginnings: Beginnings| -> Result<bool, MismatchError> {
-        let tried = gain(beginnings)?;
-        let least = best.as_ref().map_or(STRONG_EVIDENCE, |(gain, _)| *gain);
+        let tried = log_bayes(beginnings)?;
+        let least = best
+            .as_ref()
+            .map_or(STRONG_EVIDENCE, |(log_bayes, _)| *log_bayes);
         let is_better = tried.0 > least;
         if is_better {
             best = Some(tried);
@@ -178,10 +180,10 @@ pub(crate) fn fitted_beginnings(
                 fitted,
                 ..state.clone()
             };
-            let gain = gain_over((&on(problem, &begun), &there), (problem, found))?;
+            let log_bayes = log_bayes_over((&on(problem, &begun), &there), (problem, found))?;
             let least = best.as_ref().map_or(STRONG_EVIDENCE, |(most, _)| *most);
-            if gain > least && begun.beginnings != problem.observations.beginnings {
-                best = Some((gain, begun));
+            if log_bayes > least && begun.beginnings != problem.observations.beginnings {
+                best = Some((log_bayes, begun));
             }
         }
     }
@@ -193,7 +195,7 @@ pub(crate) fn fitted_beginnings(
 ///
 /// # Arguments
 /// - `other`: that other model, and the problem with the beginnings that it has.
-pub(crate) fn gain_over(
+pub(crate) fn log_bayes_over(
     (problem, state): (&DiagnosisProblem<'_>, &State),
     other: (&DiagnosisProblem<'_>, &State),
 ) -> Result<f64, MismatchError> {

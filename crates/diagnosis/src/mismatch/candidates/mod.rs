@@ -23,7 +23,7 @@ mod stand_ins;
 mod trial;
 mod white_laws;
 
-pub(crate) use beginnings::{fitted_beginnings, gain_over, scored_beginnings};
+pub(crate) use beginnings::{fitted_beginnings, log_bayes_over, scored_beginnings};
 pub(crate) use candidate::candidates;
 pub(crate) use candidate_scores::{
     BestShape, CANDIDATES_AT_A_TIME, ScoredCandidate, ScoredShape, WhiteCandidate, WhiteCandidates,

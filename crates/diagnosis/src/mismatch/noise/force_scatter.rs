@@ -16,15 +16,12 @@ const CLEAR: f64 = 4.0;
 /// See [`CLEAR`].
 const LEAST_SHARE: f64 = 0.2;
 
-/// A step of a cell: its place in order, and force and displacement of its readings.
-type Step = Vec<(f64, f64)>;
-
 /// Standard deviation of the error of the force gauge, N; `None` where the displacement follows the force within steps, as far as these show.
 pub(super) fn force_scatter(observations: &Observations) -> Option<f64> {
     let (mut followed, mut whole, mut error) = (0.0, 0.0, 0.0);
     let (mut squares_n, mut dof) = (0.0, 0.0);
     for cell in &observations.cells {
-        let mut branches: BTreeMap<bool, BTreeMap<u32, Step>> = BTreeMap::new();
+        let mut branches: BTreeMap<bool, BTreeMap<u32, Vec<(f64, f64)>>> = BTreeMap::new();
         for reading in cell.readings.clone() {
             let load = observations.loads[reading];
             let unloads = observations.readings[reading].branch == Branch::Unloading;

@@ -100,7 +100,7 @@ pub(crate) fn estimate_noise(
     centre[ROTATION] = 2.0 * problem.rotation_ratio().ln();
     let found = match warm_start {
         Some(noise) => {
-            let further = NoiseValues::of(noise, observations);
+            let further = NoiseValues::of(noise, observations, basis);
             let start = problem.values(noise, &centre, further);
             problem.maximise(start, &centre, further)
         }
@@ -155,13 +155,14 @@ impl NoiseValues {
     }
 
     /// Those of a noise.
-    fn of(noise: &ReadingNoise, observations: &Observations) -> Self {
+    fn of(noise: &ReadingNoise, observations: &Observations, basis: NoiseBasis) -> Self {
         let mut parts = Self::least(observations);
         parts.0[GROWTH] = noise.growth_sd > 0.0;
         parts.0[CORRELATION] = noise.correlation != 0.0;
         parts.0[OWN_SLOPE] = noise.gauges.own_slope_sd > 0.0;
-        let has_series = observations.has_series() && observations.gauges.is_empty();
-        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0 && !has_series;
+        // That of one gauge is found before, where loads are repeated.
+        let is_known = basis == NoiseBasis::Repeats && observations.gauges.is_empty();
+        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0 && !is_known;
         parts
     }
 
