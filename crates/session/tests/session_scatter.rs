@@ -62,7 +62,7 @@ fn questions(rig: &Rig) -> Vec<String> {
 }
 
 #[test]
-#[ignore = "a minute"]
+#[ignore = "a minute; `just nightly` runs it"]
 fn clean_sessions_are_seldom_asked_about() {
     for (slope_sd, heavy) in [
         (0.0, false),
@@ -85,7 +85,7 @@ fn clean_sessions_are_seldom_asked_about() {
 }
 
 #[test]
-#[ignore = "a minute"]
+#[ignore = "a minute; `just nightly` runs it"]
 fn six_predictive_standard_deviations_are_asked_about() {
     for slope_sd in [0.0, 0.004, 0.008] {
         for kind in 0..3 {

@@ -83,7 +83,7 @@ pub(super) const CHANGE: ParameterSpec = ParameterSpec {
 };
 
 /// Change of the slope, in mean slopes, below which a stop would be a curve.
-pub(super) const LEAST_CHANGE: f64 = 0.3;
+const LEAST_CHANGE: f64 = 0.3;
 
 /// A stop lies in the outer part of the range that was set: a part that is softer only in the middle has play.
 const FAR_OUT: ParameterSpec = ParameterSpec {
@@ -105,11 +105,16 @@ const STOPS: [f64; 9] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98];
 const LAST_STOP: f64 = 0.99;
 
 fn shapes(scale: &PlaceScale) -> Vec<Shape> {
-    let at = |stop: f64| Shape {
+    bent_at(scale, &STOPS)
+}
+
+/// Changes of the slope at shares of the largest that was set.
+pub(super) fn bent_at(scale: &PlaceScale, shares: &[f64]) -> Vec<Shape> {
+    let at = |share: &f64| Shape {
         scale: [LEAST_CHANGE, HARDEST],
-        ..Shape::of_any_size(vec![mean_slope(scale), stop * scale.force_n])
+        ..Shape::of_any_size(vec![mean_slope(scale), share * scale.force_n])
     };
-    STOPS.into_iter().map(at).collect()
+    shares.iter().map(at).collect()
 }
 
 #[derive(Debug)]

@@ -3,13 +3,13 @@
 //! A bolted joint carries through its clamped parts until its preload is overcome, then through the bolt alone: Shigley's Mechanical Engineering
 //! Design, 10th edition, 2015, section 8-7.
 
-use super::end_stop::{CHANGE, LAW as STOP, LEAST_CHANGE, Stop};
+use super::end_stop::{CHANGE, LAW as STOP, Stop, bent_at};
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::LawAction;
 use crate::physics::law::{LawDefinition, LawWording};
 use crate::physics::parameter::{ParameterSpec, PlausibleRange, Typical};
-use crate::physics::part::{HARDEST, LEVEL, mean_slope};
-use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
+use crate::physics::part::LEVEL;
+use crate::physics::search::{SearchSpec, SearchedOn};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-separation",
@@ -29,7 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     ],
     action: LawAction::History(&Stop { side: 1.0 }),
     search: SearchSpec {
-        shapes,
+        shapes: |scale| bent_at(scale, &ONSETS),
         ..STOP.search
     },
     words: LawWording {
@@ -83,11 +83,3 @@ const ONSETS: [f64; 12] = [0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 
 
 /// Onset beyond which too little shows of the soft side, as a share of the largest that was set.
 const LAST_ONSET: f64 = 0.95;
-
-fn shapes(scale: &PlaceScale) -> Vec<Shape> {
-    let at = |onset: f64| Shape {
-        scale: [LEAST_CHANGE, HARDEST],
-        ..Shape::of_any_size(vec![mean_slope(scale), onset * scale.force_n])
-    };
-    ONSETS.into_iter().map(at).collect()
-}
