@@ -304,7 +304,8 @@ fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> Str
         let (factor, unit) = subject.printed(&spec, value.value);
         let interval = value.interval_95().map(|ends| ends.map(|end| factor * end));
         let is_open = value.is_open();
-        let words = open_interval(interval, is_open, 3);
+        let digits = interval.map_or(3, |ends| digits_in(factor * value.value, ends));
+        let words = open_interval(interval, is_open, digits);
         let interval = match (interval, is_open) {
             (None, _) => "no interval can be given".to_owned(),
             (Some(_), [false, false]) => format!("95 % interval {words}"),
@@ -314,7 +315,7 @@ fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> Str
             text,
             " {}: {}{} ({interval}).",
             capital(spec.word),
-            significant(factor * value.value, 3),
+            significant(factor * value.value, digits),
             unit_behind(&unit)
         );
     }
@@ -338,6 +339,17 @@ fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> Str
         let _ = write!(text, " To check it by hand: {check}.");
     }
     text
+}
+
+/// Digits of a value and the ends of its interval: two of the half-width are seen (JCGM 100:2008, 7.2.6), and three of the value.
+fn digits_in(value: f64, [low, high]: [f64; 2]) -> usize {
+    let half = 0.5 * (high - low);
+    let places = (value.abs() / half).log10().floor();
+    if places.is_finite() {
+        (places + 2.0).clamp(3.0, 9.0) as usize
+    } else {
+        3
+    }
 }
 
 /// A sentence with a capital at its start.

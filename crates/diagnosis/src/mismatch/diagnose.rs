@@ -2,7 +2,7 @@
 
 use super::baselines::Baseline;
 use super::candidates::{
-    CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues, changing_sizes,
+    CandidateMemo, Candidates, ConfigurationSizes, Depth, LawCriticalValues, changing_sizes,
     fitted_beginnings, log_bayes_over, scored_beginnings,
 };
 use super::error::MismatchError;
@@ -77,14 +77,20 @@ fn diagnose_and<T>(
     at_start = observations.with_positions(&positions);
     let mut bench = rough.with_positions(&at_start);
     let mut memo = CandidateMemo::default();
-    let (mut found, critical) = Candidates::new(&bench, &memo).search(options, known)?;
+    let (mut found, critical) =
+        Candidates::new(&bench, &memo).search(options, known, Depth::OneByOne)?;
     begun_again = fitted_beginnings(&bench, &found.after)?;
     if let Some(readings) = &begun_again {
         let (again, others) = (on(readings), CandidateMemo::default());
-        let (other, _) = Candidates::new(&again, &others).search(options, Some(&critical))?;
+        let (other, _) =
+            Candidates::new(&again, &others).search(options, Some(&critical), Depth::OneByOne)?;
         if log_bayes_over((&again, &other.after), (&bench, &found.after))? > 0.0 {
             (bench, memo, found) = (again, others, other);
         }
+    }
+    if observations.is_recording() {
+        (found, _) =
+            Candidates::new(&bench, &memo).search(options, Some(&critical), Depth::Pairs)?;
     }
     let candidates = |problem| Candidates::new(problem, &memo);
     if observations.object != TestObject::Robot {
@@ -105,7 +111,7 @@ fn diagnose_and<T>(
     }
     moved_on = bench.observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
-    let (found, critical) = candidates(&bench).search(options, Some(&critical))?;
+    let (found, critical) = candidates(&bench).search(options, Some(&critical), Depth::OneByOne)?;
     Ok((
         conclude(candidates(&bench), &found, &critical)?,
         critical,

@@ -82,6 +82,19 @@ fn growth(&[slope, tau, ..]: &Values) -> f64 {
     0.5 * slope * (after(60.0) - after(5.0))
 }
 
+/// What is left of each delay after a time. A decade faster is the tenth power: two exponentials serve for all.
+fn decays_in(step_s: f64, taus: [f64; TIMES]) -> [f64; TIMES] {
+    let mut decays: [f64; TIMES] = [1.0; TIMES];
+    for i in (0..TIMES).rev() {
+        decays[i] = if i + 2 < TIMES {
+            decays[i + 2].powi(10)
+        } else {
+            (-step_s / taus[i]).exp()
+        };
+    }
+    decays
+}
+
 #[derive(Debug)]
 struct Decades {
     side: f64,
@@ -93,10 +106,14 @@ impl HistoryLaw for Decades {
         let mut at = (path.time_s.first().copied().unwrap_or_default(), first);
         let mut z = [first; TIMES];
         let taus: [f64; TIMES] = std::array::from_fn(|i| tau * 10_f64.powf(0.5 * i as f64));
+        let (mut known_s, mut decays) = (f64::NAN, [1.0; TIMES]);
         for (answer, (&time_s, &driver)) in out.iter_mut().zip(path.time_s.iter().zip(path.driver)) {
             let step_s = time_s - at.0;
-            for (z, tau) in z.iter_mut().zip(taus) {
-                *z = delayed(*z, [at.1, driver], step_s / tau);
+            if step_s != known_s {
+                (known_s, decays) = (step_s, decays_in(step_s, taus));
+            }
+            for (z, (tau, decay)) in z.iter_mut().zip(taus.iter().zip(decays)) {
+                *z = delayed(*z, [at.1, driver], step_s / tau, decay);
             }
             at = (time_s, driver);
             *answer = self.side * 0.5 * slope * z.iter().sum::<f64>();

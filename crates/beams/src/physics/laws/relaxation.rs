@@ -67,13 +67,17 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
 };
 
 /// Moves a delayed quantity on: exact where the driver changes evenly between readings.
-pub(super) fn delayed(before: f64, [from, to]: [f64; 2], step: f64) -> f64 {
+///
+/// # Arguments
+/// - `step`: time passed, in units of the delay.
+/// - `decay`: exp(-step).
+pub(super) fn delayed(before: f64, [from, to]: [f64; 2], step: f64, decay: f64) -> f64 {
     if step <= 0.0 {
         return before;
     }
     // z = x - rate + (z0 - x0 + rate) exp(-step), with time in units of tau.
     let rate = (to - from) / step;
-    to - rate + (before - from + rate) * (-step).exp()
+    to - rate + (before - from + rate) * decay
 }
 
 #[derive(Debug)]
@@ -88,7 +92,8 @@ impl HistoryLaw for LinearSolid {
         let mut at = (path.time_s.first().copied().unwrap_or_default(), first);
         let mut z = first;
         for (answer, (&time_s, &driver)) in out.iter_mut().zip(path.time_s.iter().zip(path.driver)) {
-            z = delayed(z, [at.1, driver], (time_s - at.0) / tau);
+            let step = (time_s - at.0) / tau;
+            z = delayed(z, [at.1, driver], step, (-step).exp());
             at = (time_s, driver);
             *answer = match self {
                 Self::ByForce => slope * z,

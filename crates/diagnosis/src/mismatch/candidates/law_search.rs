@@ -5,7 +5,7 @@ use stiffbench_beams::physics::TestObject;
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::outlier::is_outlier;
 use super::problem_candidates::Candidates;
-use super::ranked_candidate::{Ranked, same};
+use super::ranked_candidate::{Ranked, same, weigh};
 use super::ranking::CandidateScores;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::hold_out::{AllShares, HoldOut, folds_that_ask, misfit_shares};
@@ -29,6 +29,9 @@ const OTHER_STARTS: usize = 4;
 
 /// Weighted squares of a fit, in those of another with the same laws, below which it lies in a deeper valley (1). Numerics.
 const CLEARLY_LOWER: f64 = 0.97;
+
+/// The same of repeated readings as a difference (1): less decides nothing. Numerics.
+const LOWER: f64 = 2.0;
 
 /// Mean weighted square of the readings from which more is left than scatter of neighbours (1). Stated.
 const MORE_THAN_NOISE: f64 = 1.5;
@@ -130,6 +133,7 @@ impl Candidates<'_, '_> {
         &self,
         options: &SearchOptions,
         known: Option<&LawCriticalValues>,
+        depth: Depth,
     ) -> Result<(SearchResult, LawCriticalValues), MismatchError> {
         let before = self.first_state(options)?;
         let first = self.score_laws(&before, &options.without)?;
@@ -141,6 +145,7 @@ impl Candidates<'_, '_> {
             candidates: *self,
             options,
             critical: &critical,
+            depth,
         };
         // What is too little to decide about is not given names.
         let is_from_fit = before.noise.basis == NoiseBasis::Fit;
@@ -205,6 +210,16 @@ pub(crate) struct LawSearch<'s, 'a> {
     pub(crate) candidates: Candidates<'s, 'a>,
     pub(crate) options: &'s SearchOptions,
     pub(crate) critical: &'s LawCriticalValues,
+    depth: Depth,
+}
+
+/// What a search tries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Depth {
+    /// One law after the other.
+    OneByOne,
+    /// Of a part also pairs of laws of which neither is believed alone.
+    Pairs,
 }
 
 impl ForwardProblem for LawSearch<'_, '_> {
@@ -229,14 +244,21 @@ impl ForwardProblem for LawSearch<'_, '_> {
     ) -> Result<Vec<Ranked>, MismatchError> {
         let observations = self.candidates.problem.observations;
         let left = found.fitted.squares / observations.len() as f64;
-        if !observations.is_recording() || left < MORE_THAN_NOISE {
+        let has_pairs = observations.is_recording() && self.depth == Depth::Pairs;
+        if !has_pairs || left < MORE_THAN_NOISE {
             return Ok(Vec::new());
         }
         // What two laws leave comes back in every cycle, so that neither alone may be worth believing.
+        let terms = &found.fitted.model.effects;
+        let is_other = |one: &Ranked| !terms.iter().any(|term| same(term, &one.effect));
         let mut ranked = self.rank(start, scores, f64::NEG_INFINITY)?;
         ranked.sort_by(|a, b| a.fitted.squares.total_cmp(&b.fitted.squares));
-        let terms = &found.fitted.model.effects;
-        ranked.retain(|one| !terms.iter().any(|term| same(term, &one.effect)));
+        let others = ranked.iter_mut().filter(|one| is_other(one));
+        for one in others.take(OTHER_STARTS) {
+            self.candidates.leave_out(start, one)?;
+        }
+        weigh(&mut ranked);
+        ranked.retain(is_other);
         ranked.truncate(OTHER_STARTS);
         Ok(ranked)
     }
@@ -246,8 +268,12 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn fits_better(&self, model: &State, other: &State) -> bool {
-        self.candidates.problem.observations.is_recording()
-            && model.fitted.squares < CLEARLY_LOWER * other.fitted.squares
+        let [own, of_other] = [model, other].map(|state| state.fitted.squares);
+        if self.candidates.problem.observations.is_recording() {
+            own < CLEARLY_LOWER * of_other
+        } else {
+            own < of_other - LOWER
+        }
     }
 
     fn terms(&self, state: &State) -> usize {

@@ -33,7 +33,7 @@ pub use configurations::ConfigurationSizes;
 pub(crate) use configurations::changing_sizes;
 pub(crate) use critical_values::critical_values;
 pub use critical_values::{Family, LawCriticalValues};
-pub(crate) use law_search::{ResolvedEffect, SearchResult};
+pub(crate) use law_search::{Depth, ResolvedEffect, SearchResult};
 pub(crate) use problem_candidates::{CandidateMemo, Candidates};
 pub(crate) use ranked_candidate::{Ranked, same};
 pub(crate) use ranking::{CandidateScores, see};

@@ -1,13 +1,10 @@
 //! What speaks for a law where nothing was repeated, so that what a model leaves may be physics that it does not hold: in the recording of a
 //! part, and in a robot whose scatter is known from the fit alone.
 
-use std::sync::OnceLock;
-
 use stiffbench_beams::physics::{Effect, LoadPoint, TestObject};
 
 use super::sharpness::against_gradual_change;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::{HoldOut, unseen_parts};
 use crate::mismatch::noise::NoiseBasis;
 use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, ReadingPredictor, State};
 use crate::search::{FittedRows, WhiteSpace, dot, largest};
@@ -19,9 +16,11 @@ pub(crate) struct PartEvidence {
     pub(crate) independent: f64,
     /// Degrees of freedom with which the size of these is known.
     pub(crate) dof: f64,
-    /// Logarithm of the weighted squares without the law over those with it: in the readings it was fitted to or in those it was not, whichever
-    /// shows less.
+    /// Logarithm of the weighted squares without the law over those with it: in the readings it was fitted to or, once these were asked, in
+    /// readings it was not fitted to, whichever shows less.
     pub(crate) fall: f64,
+    /// Whether readings that it was not fitted to were asked, or there is nothing to ask.
+    pub(crate) left_out: bool,
     /// The same of the best shape that was scored, in the readings it was fitted to.
     pub(crate) linear_fall: f64,
     /// The same as `fall` of a smooth curve of as many values, where the law must be better than that.
@@ -45,6 +44,7 @@ impl PartEvidence {
             independent: (left - 1.5).max(0.5),
             dof,
             fall,
+            left_out: true,
             linear_fall,
             fall_of_a_curve: f64::NEG_INFINITY,
         }
@@ -71,14 +71,12 @@ impl ScoredFit<'_> {
     ///
     /// # Arguments
     /// - `space`, `residuals`: those of the state.
-    /// - `unseen`: weighted squares that the state leaves in parts that it was not fitted to, once they are known.
     pub(crate) fn part_evidence(
         &self,
         problem: &DiagnosisProblem<'_>,
         state: &State,
         predictor: &mut ReadingPredictor<'_>,
         (space, residuals): (&WhiteSpace, &[f64]),
-        unseen: &OnceLock<f64>,
     ) -> Result<(Option<PartEvidence>, f64), MismatchError> {
         let model = &self.fitted.model;
         let Some(effect) = model.effects.last() else {
@@ -96,23 +94,13 @@ impl ScoredFit<'_> {
             )
         });
         if let Some(independent) = independent {
-            let mut fall = (before / after).ln();
-            if independent * fall > WORTH_LEAVING_OUT {
-                let folds = unseen_parts(problem.observations);
-                let hold_out = HoldOut::new(problem, state);
-                let without = if let Some(without) = unseen.get() {
-                    *without
-                } else {
-                    let squares = hold_out.squares(&state.fitted.model, &folds)?;
-                    *unseen.get_or_init(|| squares)
-                };
-                fall = fall.min((without / hold_out.squares(model, &folds)?).ln());
-            }
+            let fall = (before / after).ln();
             let of_the_shape = (before - self.linear_delta_chi2).max(after);
             of_a_part = Some(PartEvidence {
                 independent,
                 dof: 1e6,
                 fall,
+                left_out: independent * fall <= WORTH_LEAVING_OUT,
                 linear_fall: (before / of_the_shape).ln(),
                 fall_of_a_curve: f64::NEG_INFINITY,
             });

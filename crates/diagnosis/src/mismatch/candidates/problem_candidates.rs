@@ -14,7 +14,7 @@ use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
 use super::ranked_candidate::Ranked;
 use crate::mismatch::baselines::StructureColumn;
-use crate::mismatch::problem::{DiagnosisProblem, Memo, StateKey, once, stands_anywhere};
+use crate::mismatch::problem::{DiagnosisProblem, Memo, Model, StateKey, once, stands_anywhere};
 
 /// Laws at places, as a problem shows and fits them.
 #[derive(Clone, Copy)]
@@ -34,6 +34,7 @@ impl<'s, 'a> Candidates<'s, 'a> {
 pub(crate) struct CandidateMemo {
     seen: Memo<StateKey, Vec<ScoredCandidate>>,
     fitted: Memo<(StateKey, Effect), Option<Ranked>>,
+    left_out: Memo<(StateKey, Model), f64>,
     missing_member_changes: OnceLock<Vec<MissingMemberChange>>,
     columns: OnceLock<Arc<[StructureColumn]>>,
 }
@@ -64,6 +65,19 @@ impl CandidateMemo {
         self.fitted.of(&(key.clone(), start.clone()), work)
     }
 
+    /// Weighted squares of readings that a model beside a state was not fitted to.
+    pub(crate) fn left_out<E>(
+        &self,
+        key: &StateKey,
+        model: &Model,
+        work: impl FnOnce() -> Result<f64, E>,
+    ) -> Result<f64, E> {
+        if !stands_anywhere(&model.effects) {
+            return work();
+        }
+        self.left_out.of(&(key.clone(), model.clone()), work)
+    }
+
     /// What mistakes of the robot file would change.
     pub(crate) fn structure_columns<E>(
         &self,
@@ -90,7 +104,7 @@ mod tests {
 
     use super::*;
     use crate::mismatch::baselines::RobotBaseline;
-    use crate::mismatch::candidates::law_search::SearchResult;
+    use crate::mismatch::candidates::law_search::{Depth, SearchResult};
     use crate::mismatch::observed::Observations;
     use crate::mismatch::problem::{SearchOptions, key_of};
     use crate::parameters::ParameterChoice;
@@ -136,7 +150,9 @@ mod tests {
         let options = SearchOptions::default();
         let problem = DiagnosisProblem::new(&baseline, &observations);
         let memo = CandidateMemo::default();
-        let search = |problem, memo, known| Candidates::new(problem, memo).search(&options, known);
+        let search = |problem, memo, known| {
+            Candidates::new(problem, memo).search(&options, known, Depth::OneByOne)
+        };
         let (_, critical) = search(&problem, &memo, None).unwrap();
         let (again, _) = search(&problem, &memo, Some(&critical)).unwrap();
         let anew = DiagnosisProblem::new(&baseline, &observations);

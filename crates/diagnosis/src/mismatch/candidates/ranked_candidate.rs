@@ -31,6 +31,11 @@ impl Ranked {
         self.evidence.log_bayes().min(self.against_gradual)
     }
 
+    /// Whether readings that it was not fitted to may still speak against it.
+    pub(crate) fn may_fall(&self) -> bool {
+        self.of_a_part.is_some_and(|part| !part.left_out)
+    }
+
     /// The family whose critical value it must exceed: its law, and whether the search is the wide one.
     pub(crate) fn family(&self) -> (Law, bool) {
         (self.effect.law, self.wide)

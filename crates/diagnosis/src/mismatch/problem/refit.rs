@@ -45,7 +45,8 @@ impl LowestPoint {
         let mut parameters = start.parameters().to_vec();
         parameters[place] = Parameter::fixed("level", level);
         let set = ParameterSet::with_any_number_of_free(parameters).ok()?;
-        let fit = minimise(problem, &set, &settings()).ok()?;
+        let settings = settings(problem.refit.observations);
+        let fit = minimise(problem, &set, &settings).ok()?;
         Some((fit, set))
     }
 }
@@ -58,12 +59,19 @@ pub(crate) struct FittedModel {
     pub(crate) squares: f64,
 }
 
-/// How every model is fitted: a reduction of the weighted squares below a thousandth decides nothing.
-fn settings() -> LeastSquaresSettings {
+/// How every model is fitted: a reduction of the weighted squares below a thousandth decides nothing; nor does one below a millionth of them in the
+/// recording of a part, where a law counts by its share of what is left.
+fn settings(observations: &Observations) -> LeastSquaresSettings {
+    let refits = LeastSquaresSettings::for_refits();
     LeastSquaresSettings {
         max_evaluations: 40,
         negligible_reduction: 1e-3,
-        ..LeastSquaresSettings::for_refits()
+        reduction_tolerance: if observations.is_recording() {
+            1e-6
+        } else {
+            refits.reduction_tolerance
+        },
+        ..refits
     }
 }
 
@@ -119,7 +127,7 @@ impl WeightedFit<'_> {
     fn fit_from(&self, predictor: &mut ReadingPredictor<'_>, start: &Model) -> Option<FittedModel> {
         let mut problem = FitResiduals::new(self, predictor, start);
         let set = self.parameter_set(start, ParameterSpec::is_smooth).ok()?;
-        let fit = minimise(&mut problem, &set, &settings()).ok()?;
+        let fit = minimise(&mut problem, &set, &settings(self.observations)).ok()?;
         Some(FittedModel {
             model: start.with_moved(&fit.values),
             squares: fit.sum_of_squares(),
@@ -134,7 +142,7 @@ impl WeightedFit<'_> {
     ) -> Option<LowestPoint> {
         let set = self.parameter_set(model, |one| !one.is_reference()).ok()?;
         let mut problem = FitResiduals::new(self, predictor, model);
-        let fit = minimise(&mut problem, &set, &settings()).ok()?;
+        let fit = minimise(&mut problem, &set, &settings(self.observations)).ok()?;
         Some(LowestPoint { set, fit })
     }
 
@@ -149,7 +157,7 @@ impl WeightedFit<'_> {
     ) -> Option<ValueProfile> {
         // A three-hundredth of a half-length is less than an interval is read to.
         let follow = ProfileSettings {
-            refits: settings(),
+            refits: settings(self.observations),
             tolerance: 3e-3,
             max_refits: 20,
         };
@@ -168,7 +176,7 @@ impl WeightedFit<'_> {
             of_made = ParameterSet::new(parameters).ok()?;
             set = &of_made;
             problem.made = Some(stated);
-            moved_fit = Some(minimise(&mut problem, set, &settings()).ok()?);
+            moved_fit = Some(minimise(&mut problem, set, &settings(self.observations)).ok()?);
         }
         let fit = moved_fit.as_ref().unwrap_or(&lowest.fit);
         let found = profile(&mut problem, set, fit, place, rise, &follow).ok()?;
