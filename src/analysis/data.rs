@@ -325,7 +325,10 @@ impl LoadedSession {
         let folder = folder_of(&file);
         let name = shown(&file);
         let bytes = read_bytes(&file)?;
-        let own = options.gauge_log.is_none().then(|| own_names(&name, &bytes, options));
+        let own = options
+            .gauge_log
+            .is_none()
+            .then(|| own_names(&name, &bytes, options));
         let own = own.transpose()?.flatten();
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
         let of_vectors = options.gauge_log.is_none() && is_vector_table(text);

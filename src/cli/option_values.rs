@@ -18,8 +18,16 @@ pub(super) const BRANCHES: [OptionValue<Branches>; 2] = [
 pub(super) const ENCODINGS: [OptionValue<TextEncoding>; 8] = [
     ("utf-8", "Unicode", TextEncoding::Utf8),
     ("utf-16", "Unicode of two bytes", TextEncoding::Utf16),
-    ("windows-1252|latin1|cp1252", "Western Europe", TextEncoding::Windows1252),
-    ("windows-1250|cp1250", "Central Europe", TextEncoding::Windows1250),
+    (
+        "windows-1252|latin1|cp1252",
+        "Western Europe",
+        TextEncoding::Windows1252,
+    ),
+    (
+        "windows-1250|cp1250",
+        "Central Europe",
+        TextEncoding::Windows1250,
+    ),
     ("windows-1251|cp1251", "Cyrillic", TextEncoding::Windows1251),
     ("windows-1254|cp1254", "Turkish", TextEncoding::Windows1254),
     ("gb18030|gbk|gb2312", "Chinese", TextEncoding::Gb18030),

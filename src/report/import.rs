@@ -49,7 +49,7 @@ impl ImportReport {
                 self.poses.join(", "),
             ));
             document.next(format!(
-                "with a robot (--robot FILE) stiffbench fit {folder} and stiffbench diagnose {folder}."
+                "fit {folder} --robot FILE, and stiffbench diagnose {folder} --robot FILE."
             ));
             return document;
         }

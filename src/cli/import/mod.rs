@@ -7,8 +7,8 @@ use std::io::{BufRead, IsTerminal};
 use std::path::Path;
 
 use crate::analysis::{
-    Data, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash, read_bytes,
-    robot_source, sha256, shown,
+    Data, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash,
+    read_bytes, robot_source, sha256, shown,
 };
 use crate::import::{
     ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, MissingPart,
@@ -16,9 +16,7 @@ use crate::import::{
 };
 use crate::procedure::Procedure;
 use crate::quantity::Kind;
-use crate::readings::{
-    ImportRecord, PoseJoints, ProcedureRecord, SessionHeader, write_readings,
-};
+use crate::readings::{ImportRecord, PoseJoints, ProcedureRecord, SessionHeader, write_readings};
 use crate::report::{ImportReport, columns_document};
 use crate::robot::Robot;
 use crate::source_text::SourceText;
@@ -152,14 +150,24 @@ fn import_vectors(
             for loaded in all {
                 report.readings += loaded.table.cases.len();
                 report.runs += loaded.table.cases.len();
-                report.poses = loaded.table.poses().iter().map(ToString::to_string).collect();
+                report.poses = loaded
+                    .table
+                    .poses()
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect();
             }
         }
         Data::Readings(all) => {
             for session in all {
                 report.readings += session.table.readings.len();
                 report.runs += session.table.runs.len();
-                report.poses = session.table.poses().iter().map(ToString::to_string).collect();
+                report.poses = session
+                    .table
+                    .poses()
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect();
             }
         }
         Data::Stiffness { .. } => {}
@@ -183,7 +191,9 @@ fn draft_of(
         tables.push(args.table(Kind::Force, source, &mut mapping, notes)?);
     }
     let named = sources.iter().zip(&tables);
-    let named: Vec<(&str, &[u8])> = named.map(|(of, table)| (of.shown.as_str(), &**table)).collect();
+    let named: Vec<(&str, &[u8])> = named
+        .map(|(of, table)| (of.shown.as_str(), &**table))
+        .collect();
     let log = log
         .map(|log| {
             let table = args.table(Kind::Displacement, log, &mut mapping, notes)?;
@@ -273,8 +283,10 @@ fn asked(
     mut mapping: ImportMapping,
     read: impl Fn(&ImportMapping) -> Result<ImportDraft, Failure>,
 ) -> Result<ImportDraft, Failure> {
-    let can_ask =
-        !global.no_input && !global.json && !args.files.iter().any(|file| is_dash(file)) && std::io::stdin().is_terminal();
+    let can_ask = !global.no_input
+        && !global.json
+        && !args.files.iter().any(|file| is_dash(file))
+        && std::io::stdin().is_terminal();
     let mut is_shown = false;
     loop {
         let draft = read(&mapping)?;

@@ -18,6 +18,7 @@ use crate::readings::{
     decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
+use crate::table_files::OWN_COLUMNS;
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -475,6 +476,10 @@ fn complete(draft: &ImportDraft) -> ImportMapping {
     mapping.columns.repeats = draft.repeats.clone();
     for (role, (index, _)) in &draft.found.places {
         let column = draft.name(*index).to_owned();
+        // Columns that are no part of a file are found again.
+        if *role == ColumnRole::Repeat && OWN_COLUMNS.contains(&column.as_str()) {
+            continue;
+        }
         match role {
             ColumnRole::Joint(name) => {
                 mapping.joints.entry(name.clone()).or_insert(column);

@@ -207,7 +207,9 @@ impl ImportDraft {
             let by_number = stated.is_some_and(|name| name.parse::<usize>().is_ok());
             if let Some((other, _)) = alike.next().filter(|_| !by_number && !name.is_empty()) {
                 let (first, second) = ((*index).min(other), (*index).max(other));
-                return Err(self.table.duplicate(name, &role.to_string(), [first, second]));
+                return Err(self
+                    .table
+                    .duplicate(name, &role.to_string(), [first, second]));
             }
         }
         for (role, places) in &self.found.candidates {
@@ -216,7 +218,9 @@ impl ImportDraft {
                 .all(|index| self.name(*index) == self.name(places[0]));
             if let ([first, second, ..], true) = (places.as_slice(), same) {
                 let name = self.name(*first);
-                return Err(self.table.duplicate(name, &role.to_string(), [*first, *second]));
+                return Err(self
+                    .table
+                    .duplicate(name, &role.to_string(), [*first, *second]));
             }
         }
         Ok(())

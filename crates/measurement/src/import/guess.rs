@@ -52,7 +52,9 @@ impl FoundColumns {
         let role = ColumnRole::Displacement;
         let further = &mapping.columns.repeats;
         if let Some(first) = self.place(&role).filter(|_| !further.is_empty()) {
-            let further = further.iter().map(|name| table.column(name, "displacement"));
+            let further = further
+                .iter()
+                .map(|name| table.column(name, "displacement"));
             return std::iter::once(Ok(first)).chain(further).collect();
         }
         let places = self.candidates.get(&role).map_or(&[][..], Vec::as_slice);
@@ -62,15 +64,20 @@ impl FoundColumns {
             unit(place) == unit(&places[0]) && words_of(&name).any(|word| has(REPEAT, word))
         };
         let are_repeats = places.iter().all(is_repeat) && self.place(&ColumnRole::Repeat).is_none();
-        Ok(if are_repeats { places.to_vec() } else { Vec::new() })
+        Ok(if are_repeats {
+            places.to_vec()
+        } else {
+            Vec::new()
+        })
     }
 
     /// Takes no runs from a guessed column that counts something else.
     fn drop_counter(&mut self, table: &MachineTable) {
         let role = ColumnRole::Repeat;
-        let (Some((column, GuessedFrom::Name)), Some(force)) =
-            (self.places.get(&role).copied(), self.place(&ColumnRole::Force))
-        else {
+        let (Some((column, GuessedFrom::Name)), Some(force)) = (
+            self.places.get(&role).copied(),
+            self.place(&ColumnRole::Force),
+        ) else {
             return;
         };
         let loads = table.numbers(force).unwrap_or_default();
@@ -81,7 +88,10 @@ impl FoundColumns {
         let mut last = None;
         for (row, load) in loads.into_iter().enumerate() {
             let Some(load) = load else { continue };
-            let cell = columns.iter().map(|index| table.text(row, *index)).collect();
+            let cell = columns
+                .iter()
+                .map(|index| table.text(row, *index))
+                .collect();
             let (of_cell, cell) = {
                 let entry = cells.entry(cell);
                 (entry.index(), entry.or_default())
@@ -108,9 +118,8 @@ impl FoundColumns {
         let columns = &table.layout.columns;
         self.places.retain(|role, (index, from)| {
             let is_needed = matches!(role, ColumnRole::Force | ColumnRole::Displacement);
-            let is_alike = |other: &usize| {
-                other != index && columns[*other].name == columns[*index].name
-            };
+            let is_alike =
+                |other: &usize| other != index && columns[*other].name == columns[*index].name;
             let other = (0..columns.len()).find(is_alike);
             let Some(other) = other.filter(|_| !is_needed && *from != GuessedFrom::Stated) else {
                 return true;
@@ -181,7 +190,10 @@ impl FoundColumns {
         for (role, mut columns) in guesses {
             columns.retain(|(_, index)| !self.is_taken(*index));
             if role == ColumnRole::Time {
-                let best = columns.iter().map(|(_, index)| progress(table, *index)).max();
+                let best = columns
+                    .iter()
+                    .map(|(_, index)| progress(table, *index))
+                    .max();
                 columns.retain(|(_, index)| Some(progress(table, *index)) == best);
             }
             let Some(most) = columns.iter().map(|(sure, _)| *sure).max() else {

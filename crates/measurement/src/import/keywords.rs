@@ -66,7 +66,9 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
     }
     if is_read && of_kind(Kind::Displacement) {
         // Gauges that go by a name come before those by their number alone.
-        let has_name = words.iter().any(|word| !word.bytes().all(|b| b.is_ascii_digit()));
+        let has_name = words
+            .iter()
+            .any(|word| !word.bytes().all(|b| b.is_ascii_digit()));
         return vec![(
             ColumnRole::Displacement,
             u8::from(has_name) + sure(DISPLACEMENT).unwrap_or(0),

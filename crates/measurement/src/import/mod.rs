@@ -26,5 +26,5 @@ pub use draft::ImportDraft;
 pub use error::{MissingParts, TableImportError};
 pub use mapping::{ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord};
 pub use note::ImportNote;
-pub use vectors::VectorText;
 pub use runs::{CounterDoubt, RunDoubt};
+pub use vectors::VectorText;

@@ -52,7 +52,9 @@ pub enum ImportNote {
         places: [usize; 2],
     },
     /// A column of displacements that is not used.
-    #[error("column `{column}` is in {unit} too and is not used: --map displacement={column} takes it instead")]
+    #[error(
+        "column `{column}` is in {unit} too and is not used: --map displacement={column} takes it instead"
+    )]
     UnusedDisplacement {
         /// The column.
         column: String,

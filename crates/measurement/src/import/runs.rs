@@ -127,15 +127,22 @@ pub(super) fn counts_no_runs(stretches: &[&[f64]]) -> Option<CounterDoubt> {
     if stretches.iter().all(|stretch| stretch.len() == 1) {
         return Some(CounterDoubt::EachReading);
     }
-    if stretches.iter().any(|stretch| turns_more_than_once(stretch)) {
+    if stretches
+        .iter()
+        .any(|stretch| turns_more_than_once(stretch))
+    {
         return None;
     }
     let (base, range) = base_and_range(all().copied());
     let within = stretches.iter().flat_map(|stretch| stretch.windows(2));
     let step = within.fold(0.0_f64, |step, two| step.max((two[1] - two[0]).abs()));
-    let ends = stretches.windows(2).filter_map(|two| Some([*two[0].last()?, *two[1].first()?]));
+    let ends = stretches
+        .windows(2)
+        .filter_map(|two| Some([*two[0].last()?, *two[1].first()?]));
     let ends: Vec<[f64; 2]> = ends.collect();
-    let go_on = ends.iter().all(|[last, first]| (first - last).abs() <= NEXT * step);
+    let go_on = ends
+        .iter()
+        .all(|[last, first]| (first - last).abs() <= NEXT * step);
     let under_load = |end: &f64| end.abs() - base > NEAR_ZERO * range;
     let is_loaded = ends.iter().any(|ends| ends.iter().all(under_load));
     (go_on && is_loaded).then_some(CounterDoubt::GoesOn)

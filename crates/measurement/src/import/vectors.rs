@@ -39,7 +39,9 @@ impl VectorRole {
             return Some(Self::Text(text));
         }
         let (quantity, axis) = name.rsplit_once('_')?;
-        let quantity = VectorQuantity::ALL.into_iter().find(|known| known.name() == quantity);
+        let quantity = VectorQuantity::ALL
+            .into_iter()
+            .find(|known| known.name() == quantity);
         Some(Self::Component(quantity?, axis.parse().ok()?))
     }
 
@@ -98,7 +100,9 @@ impl VectorText {
         } else {
             roles(&table, mapping)?
         };
-        let found = roles.keys().filter(|role| matches!(role, VectorRole::Component(..)));
+        let found = roles
+            .keys()
+            .filter(|role| matches!(role, VectorRole::Component(..)));
         let known = files.iter().map(|(_, bytes)| vector_columns(bytes)).max();
         let is_known = found.count() <= known.unwrap_or(0) && mapping.vectors.is_empty();
         if !is_series && (is_known || !is_of_vectors(&roles)) {
@@ -147,18 +151,31 @@ fn is_of_vectors(roles: &Roles) -> bool {
     let has_pose = roles
         .keys()
         .any(|role| matches!(role, VectorRole::Joint(_) | VectorRole::Text("pose")));
-    has_pose && VectorQuantity::ALL.into_iter().any(|quantity| axes(quantity) > 1)
+    has_pose
+        && VectorQuantity::ALL
+            .into_iter()
+            .any(|quantity| axes(quantity) > 1)
 }
 
 fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableImportError> {
     let mut roles = Roles::new();
     let joints = mapping.joints.iter();
     let joints = joints.map(|(name, column)| (format!("joint.{name}"), column));
-    let texts = [("pose", &mapping.columns.pose), ("repeat", &mapping.columns.repeat)];
-    let texts = texts.into_iter().filter_map(|(name, column)| Some((name.to_owned(), column.as_ref()?)));
-    let vectors = mapping.vectors.iter().map(|(name, column)| (name.clone(), column));
+    let texts = [
+        ("pose", &mapping.columns.pose),
+        ("repeat", &mapping.columns.repeat),
+    ];
+    let texts = texts
+        .into_iter()
+        .filter_map(|(name, column)| Some((name.to_owned(), column.as_ref()?)));
+    let vectors = mapping
+        .vectors
+        .iter()
+        .map(|(name, column)| (name.clone(), column));
     for (name, column) in joints.chain(texts).chain(vectors) {
-        let Some(role) = VectorRole::named(&name) else { continue };
+        let Some(role) = VectorRole::named(&name) else {
+            continue;
+        };
         let index = table.column(column, &name)?;
         if let Some((first, _)) = roles.iter().find(|(_, (place, _))| *place == index) {
             return Err(TableFileError::SameColumn {
@@ -180,10 +197,14 @@ fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableIm
         if roles.values().any(|(place, _)| *place == index) {
             continue;
         }
-        let Some(role) = role(column, !has_displacements) else { continue };
+        let Some(role) = role(column, !has_displacements) else {
+            continue;
+        };
         match roles.get(&role) {
             Some((_, GuessedFrom::Stated)) => {}
-            Some((first, _)) if matches!(role, VectorRole::Component(..) | VectorRole::Joint(_)) => {
+            Some((first, _))
+                if matches!(role, VectorRole::Component(..) | VectorRole::Joint(_)) =>
+            {
                 let (first, name) = (*first, role.name());
                 let problem = table.duplicate(&column.name, &name, [first, index]);
                 return Err(problem.into());
@@ -244,7 +265,8 @@ fn component(column: &FileColumn, may_be_position: bool) -> Option<(VectorQuanti
     }
     let fits = |quantity: VectorQuantity| {
         let unit = column.unit.as_deref();
-        unit.is_none_or(|unit| is_of(quantity.kind(), unit)).then_some(quantity)
+        unit.is_none_or(|unit| is_of(quantity.kind(), unit))
+            .then_some(quantity)
     };
     let name = plain(&column.stem).replace('_', " ");
     let words: Vec<&str> = words_of(&name).collect();
@@ -252,7 +274,10 @@ fn component(column: &FileColumn, may_be_position: bool) -> Option<(VectorQuanti
         let axis: Direction = one.get(one.len().checked_sub(1)?..)?.parse().ok()?;
         let before = &one[..one.len() - 1];
         if before.is_empty() {
-            let is_length = column.unit.as_deref().is_some_and(|unit| is_of(Kind::Displacement, unit));
+            let is_length = column
+                .unit
+                .as_deref()
+                .is_some_and(|unit| is_of(Kind::Displacement, unit));
             return (may_be_position && is_length).then_some((Position, axis));
         }
         let mut known = BY_LETTER.into_iter();
@@ -261,7 +286,9 @@ fn component(column: &FileColumn, may_be_position: bool) -> Option<(VectorQuanti
         let quantity = quantity.or_else(|| worded.find(|(_, list)| has(list, before)));
         return Some((fits(quantity?.0)?, axis));
     }
-    let mut axes = words.iter().filter_map(|word| word.parse::<Direction>().ok());
+    let mut axes = words
+        .iter()
+        .filter_map(|word| word.parse::<Direction>().ok());
     let (axis, None) = (axes.next()?, axes.next()) else {
         return None;
     };
@@ -342,7 +369,10 @@ fn text(
             put(line, &record(cells.map(|index| table.text(row, index))));
             continue;
         }
-        if roles.values().all(|(index, _)| table.present(row, *index).is_none()) {
+        if roles
+            .values()
+            .all(|(index, _)| table.present(row, *index).is_none())
+        {
             continue;
         }
         let cells = roles.iter().map(|(role, (index, _))| match role {
@@ -362,7 +392,11 @@ fn text(
 fn record<'t>(fields: impl Iterator<Item = &'t str>) -> String {
     let quoted = |text: &str| {
         let text = text.replace('"', "\"\"").replace(['\n', '\r'], " ");
-        if text.contains([',', '"', ';', '\t']) { format!("\"{text}\"") } else { text }
+        if text.contains([',', '"', ';', '\t']) {
+            format!("\"{text}\"")
+        } else {
+            text
+        }
     };
     fields.map(quoted).collect::<Vec<_>>().join(",")
 }
@@ -373,7 +407,11 @@ fn taken(table: &MachineTable, roles: &Roles) -> String {
         .iter()
         .map(|(role, (index, _))| format!("`{}` as {}", table.name(*index), role.name()))
         .collect();
-    format!("columns were taken by their names: {} (--map {}=COLUMN)", taken.join(", "), "force_x")
+    format!(
+        "columns were taken by their names: {} (--map {}=COLUMN)",
+        taken.join(", "),
+        "force_x"
+    )
 }
 
 fn guesses(

@@ -87,7 +87,9 @@ pub fn is_load_case_table(bytes: &[u8]) -> bool {
 pub(crate) fn vector_columns(bytes: &[u8]) -> usize {
     let names = RecordTable::names_of(bytes);
     let names = names.iter();
-    names.filter(|name| matches!(meaning(name), ColumnMeaning::Vector(..))).count()
+    names
+        .filter(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
+        .count()
 }
 
 impl LoadCaseColumns {

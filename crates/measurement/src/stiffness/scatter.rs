@@ -240,7 +240,9 @@ impl CellScatter {
 /// its standard deviation of about one over the root of the number of differences; the limit is that of 1 %.
 fn go_on(residuals: &[Residual], deviations: &[Deviation]) -> bool {
     const LIMIT: f64 = 2.33;
-    let pairs = residuals.windows(2).filter(|two| two[0].load == two[1].load);
+    let pairs = residuals
+        .windows(2)
+        .filter(|two| two[0].load == two[1].load);
     let (differences, pairs) = pairs.fold((0.0, 0.0), |(sum, n), two| {
         (sum + (two[1].value_m - two[0].value_m).powi(2), n + 1.0)
     });

@@ -38,7 +38,9 @@ impl CellWork {
         gauges: &GaugePair,
         expanded_n_per_m: Option<f64>,
     ) -> Option<Flag> {
-        let lack = self.lack_by_repeats(gauges).or_else(|| self.lack_by_neighbours(gauges))?;
+        let lack = self
+            .lack_by_repeats(gauges)
+            .or_else(|| self.lack_by_neighbours(gauges))?;
         let LackOfFit { f, dof, by_repeats } = lack;
         // Displacements that are too large to be squared tell nothing.
         f_upper_tail(f, dof[0], dof[1]).filter(|p| (f * dof[0]).is_finite() && *p < LEVEL)?;
@@ -88,7 +90,11 @@ impl CellWork {
             return None;
         }
         let line = StraightLine::through(run.points.iter())?;
-        let off: Vec<f64> = run.points.iter().map(|point| line.residual_m(point)).collect();
+        let off: Vec<f64> = run
+            .points
+            .iter()
+            .map(|point| line.residual_m(point))
+            .collect();
         let dof = off.len() as f64 - 2.0;
         let squares: f64 = off.iter().map(|off| off * off).sum();
         let seconds = off.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2));
@@ -114,11 +120,16 @@ impl CellWork {
             for point in &run.points {
                 let sum = &mut sums[point.load];
                 *sum = (sum.0 + line.residual_m(point), sum.1 + 1);
-                (low, high) = (low.min(point.displacement_m), high.max(point.displacement_m));
+                (low, high) = (
+                    low.min(point.displacement_m),
+                    high.max(point.displacement_m),
+                );
             }
         }
         let means = sums.iter().filter(|(_, n)| *n > 0);
-        let largest = means.fold(0.0_f64, |largest, (sum, n)| largest.max((sum / *n as f64).abs()));
+        let largest = means.fold(0.0_f64, |largest, (sum, n)| {
+            largest.max((sum / *n as f64).abs())
+        });
         [largest, high - low]
     }
 }

@@ -17,8 +17,8 @@ const LOOKED_AT: usize = 4096;
 /// Code pages of text that is not UTF-8; of those that suit equally the first is taken.
 const CODE_PAGES: [(TextEncoding, &Encoding); 6] = [
     (TextEncoding::Windows1252, WINDOWS_1252),
-    (TextEncoding::Windows1250, WINDOWS_1250),
     (TextEncoding::Windows1254, WINDOWS_1254),
+    (TextEncoding::Windows1250, WINDOWS_1250),
     (TextEncoding::Windows1251, WINDOWS_1251),
     (TextEncoding::Gb18030, GB18030),
     (TextEncoding::ShiftJis, SHIFT_JIS),
@@ -82,9 +82,13 @@ fn eight_bits(bytes: &[u8]) -> (Cow<'_, str>, TextEncoding) {
         looked_at.extend_from_slice(line);
     }
     let suits = CODE_PAGES.map(|(encoding, page)| (plausibility(page, &looked_at), encoding, page));
-    let (_, encoding, page) = suits.into_iter().fold(suits[0], |best, next| {
-        if next.0 > best.0 { next } else { best }
-    });
+    let (_, encoding, page) =
+        suits.into_iter().fold(
+            suits[0],
+            |best, next| {
+                if next.0 > best.0 { next } else { best }
+            },
+        );
     (of(page, bytes), encoding)
 }
 
@@ -205,8 +209,14 @@ mod tests {
     #[test]
     fn a_code_page_is_that_in_which_words_are_words() {
         for (expected, encoding) in [
-            ("Prüfkraft [N];Größe;Standardweg [µm]", TextEncoding::Windows1252),
-            ("Déplacement (mm);Température (°C);Pièce n° 3", TextEncoding::Windows1252),
+            (
+                "Prüfkraft [N];Größe;Standardweg [µm]",
+                TextEncoding::Windows1252,
+            ),
+            (
+                "Déplacement (mm);Température (°C);Pièce n° 3",
+                TextEncoding::Windows1252,
+            ),
             ("Repetición;Fuerza;Señal ±", TextEncoding::Windows1252),
             ("Kraft;Weg µm;± 5 °C", TextEncoding::Windows1252),
             ("Czas;Przemieszczenie;Obciążenie", TextEncoding::Windows1250),
@@ -214,7 +224,10 @@ mod tests {
             ("Síla;Dráha;Čas;Zkušební těleso", TextEncoding::Windows1250),
             ("Erő;Elmozdulás;Idő", TextEncoding::Windows1250),
             ("Yük;Değişim;Şekil", TextEncoding::Windows1254),
-            ("Нагрузка, Н;Перемещение, мм;Время, с", TextEncoding::Windows1251),
+            (
+                "Нагрузка, Н;Перемещение, мм;Время, с",
+                TextEncoding::Windows1251,
+            ),
             ("Сила;Ход", TextEncoding::Windows1251),
             ("时间(s),位移(mm),试验力(N)", TextEncoding::Gb18030),
             ("力N,变形mm", TextEncoding::Gb18030),

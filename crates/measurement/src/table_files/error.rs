@@ -178,7 +178,9 @@ pub enum TableFileError {
     #[error("{at}: the columns are {found}, and those of {first} {expected}")]
     #[diagnostic(
         code(stiffbench::table::other_columns),
-        help("several files are the repeats of one table: read files with other columns by themselves")
+        help(
+            "several files are the repeats of one table: read files with other columns by themselves"
+        )
     )]
     OtherColumns {
         /// Line of the column names.

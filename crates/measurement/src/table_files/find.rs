@@ -127,7 +127,9 @@ fn are_names(record: &TextRecord, row: &TextRecord) -> bool {
     let cells = || record.fields.iter().zip(&row.fields);
     let of = |cell: &str, wanted| kind(cell) == wanted;
     let words = cells().filter(|(name, _)| of(name, CellKind::Words));
-    let above = words.filter(|(_, cell)| of(cell, CellKind::Numeric)).count();
+    let above = words
+        .filter(|(_, cell)| of(cell, CellKind::Numeric))
+        .count();
     let numbers = numeric(record);
     numbers == 0 || above > numbers
 }
@@ -291,9 +293,7 @@ fn end_of_table(
     let kept = places.rev().find(|place| !is_words(place));
     let kept = kept.map_or(0, |last| last + 1);
     // The row at which a file was cut off is no footer.
-    let is_cut = kept > 0
-        && kept < of_segment.len()
-        && is_cut_row(record(kept - 1), record(kept));
+    let is_cut = kept > 0 && kept < of_segment.len() && is_cut_row(record(kept - 1), record(kept));
     kept + usize::from(is_cut)
 }
 
@@ -310,7 +310,9 @@ fn is_of_statistics(record: &TextRecord, counts: &[[usize; 2]]) -> bool {
         return false;
     };
     words_of(&plain(&record.fields[place])).any(|word| has(STATISTICS, word))
-        && counts.get(place).is_some_and(|[numbers, words]| numbers > words)
+        && counts
+            .get(place)
+            .is_some_and(|[numbers, words]| numbers > words)
 }
 
 /// How many cells of each column are numbers or times, and how many are words.
@@ -416,8 +418,17 @@ mod tests {
         let found = parts(text, &[]).unwrap();
         assert_eq!((found.rows.len(), found.others), (3, vec![4, 5]));
         // A word that is none of statistics is a wrong value, and names of specimens are no statistics.
-        assert_eq!(parts("n,F,d\n1,1,2\n2,2,3\nbad,2,3\n", &[]).unwrap().rows.len(), 3);
-        assert_eq!(parts("n,F,d\nmax,1,2\nmin,2,3\n", &[]).unwrap().rows.len(), 2);
+        assert_eq!(
+            parts("n,F,d\n1,1,2\n2,2,3\nbad,2,3\n", &[])
+                .unwrap()
+                .rows
+                .len(),
+            3
+        );
+        assert_eq!(
+            parts("n,F,d\nmax,1,2\nmin,2,3\n", &[]).unwrap().rows.len(),
+            2
+        );
     }
 
     #[test]

@@ -78,7 +78,10 @@ impl MachineTable {
                 };
                 let cells = (0..self.layout.columns.len()).map(cell);
                 let cells = cells.chain([self.name(*column)]).collect();
-                FileRow { cells, ..row.clone() }
+                FileRow {
+                    cells,
+                    ..row.clone()
+                }
             }));
         }
         all.layout.columns.push(FileColumn::named(name));

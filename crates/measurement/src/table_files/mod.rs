@@ -24,6 +24,9 @@ mod times;
 mod unit_cells;
 pub(crate) mod words;
 
+/// Columns that tell apart what is read as one table: its segments, files or sheets, and columns that stand below each other.
+pub(crate) const OWN_COLUMNS: [&str; 4] = ["segment", "file", "sheet", "series"];
+
 pub use columns::{FileColumn, StatedUnit};
 pub use error::{LinePlace, TableFileError};
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};

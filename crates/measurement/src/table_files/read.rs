@@ -395,7 +395,11 @@ fn units_above(columns: &mut [FileColumn], above: &[TextRecord]) {
         (Kind::Time, words::TIME),
     ];
     for record in above.iter().filter(|record| !record.is_comment) {
-        let cells: Vec<&str> = record.fields.iter().filter(|cell| !cell.is_empty()).collect();
+        let cells: Vec<&str> = record
+            .fields
+            .iter()
+            .filter(|cell| !cell.is_empty())
+            .collect();
         let (key, unit) = match cells[..] {
             [line] => line.split_once(':').unwrap_or((line, "")),
             [key, unit] => (key.trim_end_matches(':'), unit),

@@ -102,7 +102,8 @@ fn records(
         let mut fields = StringRecord::new();
         for cell in row {
             let text = text(cell);
-            let is_number = matches!(cell, Data::String(_)) && marks.plain(&text, &mut plain).is_ok();
+            let is_number =
+                matches!(cell, Data::String(_)) && marks.plain(&text, &mut plain).is_ok();
             fields.push_field(if is_number { &plain } else { text.trim() });
         }
         TextRecord::new(line(index), fields)
@@ -139,9 +140,11 @@ fn marks_of_texts(
             _ => {}
         }
     }
-    if let (None, Some((row, column, text)), false) =
-        (decimal, either, options.three_digits == ThreeDigits::Decimal)
-    {
+    if let (None, Some((row, column, text)), false) = (
+        decimal,
+        either,
+        options.three_digits == ThreeDigits::Decimal,
+    ) {
         let cell = FileCell {
             file: file.to_owned(),
             line: line(row),

@@ -12,7 +12,8 @@ pub(crate) const DISPLACEMENT: &str = "displacement disp weg verschiebung deplac
      位移 行程 变形 変位 伸び ストローク";
 
 /// Moment.
-pub(crate) const MOMENT: &str = "moment torque drehmoment couple momento coppia tork момент 力矩 扭矩 モーメント";
+pub(crate) const MOMENT: &str =
+    "moment torque drehmoment couple momento coppia tork момент 力矩 扭矩 モーメント";
 
 /// Rotation of the end.
 pub(crate) const ROTATION: &str =
@@ -34,7 +35,7 @@ pub(crate) const DIRECTION: &str = "direction richtung direzione direccion dir a
 
 /// Run.
 pub(crate) const REPEAT: &str = "repeat rep repetition wiederholung wdh ripetizione repeticion repetibilite run lauf trial series essai serie prova ensayo versuch durchgang durchlauf messreihe \
-     cycle zyklus ciclo messung mesure misura medida segment proba cykl tekrar цикл испытание 循环 次数 サイクル";
+     cycle zyklus ciclo messung mesure misura medida segment proba cykl mereni opakovani tekrar cevrim цикл испытание 循环 次数 サイクル";
 
 /// Loading or unloading.
 pub(crate) const BRANCH: &str = "branch ast branche ramo rama";
