@@ -63,7 +63,9 @@ impl FoundColumns {
             let name = plain(table.name(*place));
             unit(place) == unit(&places[0]) && words_of(&name).any(|word| has(REPEAT, word))
         };
-        let are_repeats = places.iter().all(is_repeat) && self.place(&ColumnRole::Repeat).is_none();
+        let has_loads = self.place(&ColumnRole::Force).is_some();
+        let are_repeats =
+            has_loads && places.iter().all(is_repeat) && self.place(&ColumnRole::Repeat).is_none();
         Ok(if are_repeats {
             places.to_vec()
         } else {

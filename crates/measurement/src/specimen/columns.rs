@@ -103,6 +103,20 @@ impl SpecimenColumns {
             used: vec![false; table.layout.columns.len()],
             assumptions: Vec::new(),
         };
+        let [of_force, of_displacement] =
+            [ColumnQuantity::Force, ColumnQuantity::Displacement].map(ColumnQuantity::role);
+        let force = options.force_column.as_deref();
+        let force = force.and_then(|name| table.column(name, of_force).ok());
+        let displacement = table.column(&options.displacement_column, of_displacement);
+        if let Some(force) = force.filter(|force| displacement.as_ref().ok() == Some(force)) {
+            return Err(TableFileError::SameColumn {
+                file: table.source.clone(),
+                column: table.name(force).to_owned(),
+                first: of_force.to_owned(),
+                second: of_displacement.to_owned(),
+            }
+            .into());
+        }
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
         let time_unit = options.time_unit.as_deref();
@@ -137,18 +151,6 @@ impl SpecimenColumns {
             unused: header.unused(),
             assumptions: Vec::new(),
         };
-        let places = [&found.force, &found.displacement].map(Option::as_ref);
-        if let [Some(force), Some(displacement)] = places
-            && force.place == displacement.place
-        {
-            return Err(TableFileError::SameColumn {
-                file: table.source.clone(),
-                column: force.place.name.clone(),
-                first: ColumnQuantity::Force.role().to_owned(),
-                second: ColumnQuantity::Displacement.role().to_owned(),
-            }
-            .into());
-        }
         found.assumptions = header.assumptions;
         Ok(found)
     }

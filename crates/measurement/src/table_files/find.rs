@@ -69,10 +69,13 @@ fn header_of(records: &[TextRecord], wanted: &[String]) -> Option<(usize, bool)>
             let is = |field: &str| field == name || name_and_unit(field).0 == name;
             fields.iter().any(is)
         };
-        // Columns may be called by their numbers.
-        let numbered = |name: &String| (1..=fields.len()).contains(&name.parse().unwrap_or(0));
-        let is_there = |name| named(name) || numbered(name);
-        wanted.iter().any(named) && wanted.iter().all(is_there)
+        // Columns may be called by their numbers, which any row may hold.
+        let number = |name: &String| name.parse::<usize>().ok();
+        let numbered = |name| number(name).is_some_and(|at| (1..=fields.len()).contains(&at));
+        wanted
+            .iter()
+            .any(|name| number(name).is_none() && named(name))
+            && wanted.iter().all(|name| named(name) || numbered(name))
     };
     records
         .iter()
@@ -405,6 +408,14 @@ mod tests {
         let found = parts("time,load,1281068\ns,kN,mm\n0,1,2\n1,2,3\n", &[]).unwrap();
         assert_eq!((found.header, found.units), (Some(0), Some(1)));
         assert_eq!(parts("P1,1,2\nP1,2,4\n", &[]).unwrap().header, None);
+    }
+
+    #[test]
+    fn columns_by_number_do_not_make_a_row_the_header() {
+        let found = parts("t,F,d\n0,1,2\n1,2,3\n", &["2", "3"]).unwrap();
+        assert_eq!((found.header, found.rows.len()), (Some(0), 2));
+        let found = parts("t,F,d\n0,1,2\n1,2,3\n", &["F", "3"]).unwrap();
+        assert_eq!(found.header, Some(0));
     }
 
     #[test]
