@@ -473,7 +473,7 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
 /// The mapping with what was guessed.
 fn complete(draft: &ImportDraft) -> ImportMapping {
     let mut mapping = draft.mapping.clone();
-    mapping.columns.repeats = draft.repeats.clone();
+    mapping.columns.repeats.clone_from(&draft.repeats);
     for (role, (index, _)) in &draft.found.places {
         let column = draft.name(*index).to_owned();
         // Columns that are no part of a file are found again.

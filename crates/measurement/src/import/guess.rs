@@ -8,7 +8,7 @@ use super::columns::{ColumnRole, GuessedFrom};
 use super::keywords::roles_of;
 use super::mapping::ImportMapping;
 use super::runs::{CounterDoubt, counts_no_runs};
-use crate::table_files::words::{REPEAT, has, plain, words_of};
+use crate::table_files::keywords::{REPEAT, has, plain, words_of};
 use crate::table_files::{FileColumn, MachineTable, StampKind, TableFileError};
 
 /// Columns by what they hold, with where that comes from.

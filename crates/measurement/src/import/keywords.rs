@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::Kind;
 
 use super::columns::ColumnRole;
 use crate::readings::Conversion;
-use crate::table_files::words::{
+use crate::table_files::keywords::{
     BRANCH, DIRECTION, DISPLACEMENT, DISPLACEMENT_LETTERS, FORCE, NOT_READ, POSE, REPEAT,
     TEMPERATURE, TIME, has, plain, words_of,
 };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::columns::{ColumnRole, ImportedQuantity};
 use super::error::TableImportError;
 use super::keywords::is_of;
-use super::vectors::is_component;
+use super::vector_role::is_component;
 use crate::readings::DecimalSign;
 use crate::table_files::{FieldDelimiter, FileColumn, TableFileOptions, TextEncoding, ThreeDigits};
 use stiffbench_units_and_text::quantity::Kind;

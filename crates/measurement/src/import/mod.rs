@@ -18,6 +18,7 @@ mod note;
 mod pairs;
 mod runs;
 mod values;
+mod vector_role;
 mod vectors;
 
 pub use build::ImportedReadings;

@@ -8,56 +8,15 @@ use super::error::TableImportError;
 use super::joint_unit::joint_unit_among;
 use super::keywords::{is_of, joint_name};
 use super::mapping::ImportMapping;
+use super::vector_role::{TEXTS, VectorRole};
 use crate::load_cases::{VectorQuantity, vector_columns};
 use crate::readings::{Conversion, JointUnit, is_readings_header, is_vector_table};
-use crate::table_files::words::{
+use crate::table_files::keywords::{
     DISPLACEMENT, FORCE, MOMENT, POSE, POSITION, REPEAT, ROTATION, has, plain, words_of,
 };
 use crate::table_files::{FileColumn, MachineTable, TableFileError, read_table_files};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
-
-/// What a column of a table of load cases holds.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum VectorRole {
-    /// `pose`, `repeat`, `axes`, `status` or `origin`.
-    Text(&'static str),
-    Joint(String),
-    Component(VectorQuantity, Direction),
-}
-
-/// Columns of texts, under the names that tables of load cases have for them.
-const TEXTS: [&str; 5] = ["pose", "repeat", "axes", "status", "origin"];
-
-impl VectorRole {
-    /// By its name behind `--map`.
-    fn named(name: &str) -> Option<Self> {
-        if let Some(joint) = name.strip_prefix("joint.") {
-            return Some(Self::Joint(joint.to_owned()));
-        }
-        if let Some(text) = TEXTS.into_iter().find(|text| *text == name) {
-            return Some(Self::Text(text));
-        }
-        let (quantity, axis) = name.rsplit_once('_')?;
-        let quantity = VectorQuantity::ALL
-            .into_iter()
-            .find(|known| known.name() == quantity);
-        Some(Self::Component(quantity?, axis.parse().ok()?))
-    }
-
-    fn name(&self) -> String {
-        match self {
-            Self::Text(text) => (*text).to_owned(),
-            Self::Joint(name) => format!("joint.{name}"),
-            Self::Component(quantity, axis) => format!("{}_{axis}", quantity.name()),
-        }
-    }
-}
-
-/// Whether `--map` can name a component of a vector so.
-pub(super) fn is_component(role: &str) -> bool {
-    matches!(VectorRole::named(role), Some(VectorRole::Component(..)))
-}
 
 /// A table of load cases, as text under the names that its reader knows.
 #[derive(Debug, Clone)]
@@ -355,7 +314,7 @@ fn text(
     let names = roles.iter().map(|(role, (index, _))| match role {
         VectorRole::Text(name) => (*name).to_owned(),
         VectorRole::Joint(name) => format!("joint_{name} [{}]", units[index]),
-        role => format!("{} [{}]", role.name(), units[index]),
+        VectorRole::Component(..) => format!("{} [{}]", role.name(), units[index]),
     });
     let names: Vec<String> = names.collect();
     if !roles.is_empty() {
@@ -375,12 +334,12 @@ fn text(
         {
             continue;
         }
-        let cells = roles.iter().map(|(role, (index, _))| match role {
-            VectorRole::Text(_) => Ok(table.present(row, *index).unwrap_or_default().to_owned()),
-            _ => {
-                table.number(row, *index, Conversion::NONE)?;
-                Ok(table.plain_number(row, *index))
+        let cells = roles.iter().map(|(role, (index, _))| {
+            if matches!(role, VectorRole::Text(_)) {
+                return Ok(table.present(row, *index).unwrap_or_default().to_owned());
             }
+            table.number(row, *index, Conversion::NONE)?;
+            Ok(table.plain_number(row, *index))
         });
         let cells: Vec<String> = cells.collect::<Result<_, TableFileError>>()?;
         put(line, &record(cells.iter().map(String::as_str)));
@@ -408,9 +367,8 @@ fn taken(table: &MachineTable, roles: &Roles) -> String {
         .map(|(role, (index, _))| format!("`{}` as {}", table.name(*index), role.name()))
         .collect();
     format!(
-        "columns were taken by their names: {} (--map {}=COLUMN)",
-        taken.join(", "),
-        "force_x"
+        "columns were taken by their names: {} (--map force_x=COLUMN)",
+        taken.join(", ")
     )
 }
 

@@ -8,8 +8,8 @@ use encoding_rs::{
 };
 
 use super::error::{LinePlace, TableFileError};
+use super::keywords;
 use super::layout::TextEncoding;
-use super::words;
 
 /// Bytes in which the encoding is looked for.
 const LOOKED_AT: usize = 4096;
@@ -110,12 +110,24 @@ fn plausibility(page: &'static Encoding, bytes: &[u8]) -> i64 {
             0 => 0,
             // A letter alone is a sign of another page.
             1 if word.chars().count() == 1 => 0,
-            _ if words::is_known(&words::plain(word)) => letters + KNOWN,
+            _ if is_hungarian_misread(word) => -letters,
+            _ if keywords::is_known(&keywords::plain(word)) => letters + KNOWN,
             _ if is_word(word) => letters,
             _ => -letters,
         }
     };
     words.map(of_word).sum()
+}
+
+/// Whether a word has the letters that Hungarian ő and ű become in a page without them: at its end, or beside vowels that no word of
+/// Portuguese, French or Estonian has with them.
+fn is_hungarian_misread(word: &str) -> bool {
+    const SHORTEST: usize = 3;
+    let word = word.to_lowercase();
+    let (has_o, has_u) = (word.contains('õ'), word.contains('û'));
+    let is_at_end = word.chars().count() >= SHORTEST && word.ends_with(['õ', 'û']);
+    let has_others = word.contains(['á', 'í', 'ó', 'ö', 'ú', 'ü']);
+    is_at_end || (has_o || has_u) && has_others || has_o && (has_u || word.contains('é'))
 }
 
 /// Whether a language could have a word: letters of one script, of Latin ones some in ASCII, no capital behind a small letter.
@@ -222,6 +234,11 @@ mod tests {
             ("Czas;Przemieszczenie;Obciążenie", TextEncoding::Windows1250),
             ("Siła [N];Wydłużenie;Próbka", TextEncoding::Windows1250),
             ("Síla;Dráha;Čas;Zkušební těleso", TextEncoding::Windows1250),
+            ("Erő [N];Elmozdulás [mm];Idő [s]", TextEncoding::Windows1250),
+            ("Hőmérséklet (°C);Gyűrű", TextEncoding::Windows1250),
+            ("Posições;Força;Direções", TextEncoding::Windows1252),
+            ("Sûreté;Coût;Effort dû", TextEncoding::Windows1252),
+            ("Jõud;Nihe", TextEncoding::Windows1252),
             ("Yük;Değişim;Şekil", TextEncoding::Windows1254),
             (
                 "Нагрузка, Н;Перемещение, мм;Время, с",

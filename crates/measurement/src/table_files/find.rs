@@ -1,10 +1,10 @@
 //! Finds the table in a file: its names, its units, its rows, and what is none of these.
 
 use super::cell::{CellKind, kind};
+use super::keywords::{has, plain, words_of};
 use super::labview;
 use super::names::{is_unit, is_unit_cell, name_and_unit};
 use super::records::TextRecord;
-use super::words::{has, plain, words_of};
 
 /// Records in which the beginning of a table is looked for.
 pub(super) const SEARCHED: usize = 2000;

@@ -10,6 +10,7 @@ mod decode;
 mod error;
 mod find;
 mod joined;
+pub(crate) mod keywords;
 mod labview;
 mod layout;
 mod marks;
@@ -22,7 +23,6 @@ mod sheet_size;
 mod table;
 mod times;
 mod unit_cells;
-pub(crate) mod words;
 
 /// Columns that tell apart what is read as one table: its segments, files or sheets, and columns that stand below each other.
 pub(crate) const OWN_COLUMNS: [&str; 4] = ["segment", "file", "sheet", "series"];

@@ -9,6 +9,7 @@ use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
 use super::error::{LinePlace, TableFileError};
 use super::find::{self, TableParts};
+use super::keywords;
 use super::labview::{self, SegmentTags};
 use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
 use super::marks::{number_marks, refuse_decimal_commas};
@@ -18,7 +19,6 @@ use super::records::{TextRecord, lines, split};
 use super::sheet;
 use super::table::{FileRow, MachineTable, TablePart};
 use super::unit_cells::{name_units_of_cells, take_units_off};
-use super::words;
 use crate::readings::{Conversion, DecimalSign, is_spreadsheet};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
@@ -389,10 +389,10 @@ fn columns(records: &[TextRecord], parts: &TableParts) -> Vec<FileColumn> {
 fn units_above(columns: &mut [FileColumn], above: &[TextRecord]) {
     const UNIT: &str = "unit units einheit einheiten unite unites unidad unidades unita jednostka jednotka birim единица единицы 单位 単位";
     const OF_KINDS: [(Kind, &str); 4] = [
-        (Kind::Force, words::FORCE),
-        (Kind::Torque, words::FORCE),
-        (Kind::Displacement, words::DISPLACEMENT),
-        (Kind::Time, words::TIME),
+        (Kind::Force, keywords::FORCE),
+        (Kind::Torque, keywords::FORCE),
+        (Kind::Displacement, keywords::DISPLACEMENT),
+        (Kind::Time, keywords::TIME),
     ];
     for record in above.iter().filter(|record| !record.is_comment) {
         let cells: Vec<&str> = record
@@ -405,19 +405,19 @@ fn units_above(columns: &mut [FileColumn], above: &[TextRecord]) {
             [key, unit] => (key.trim_end_matches(':'), unit),
             _ => continue,
         };
-        let (key, unit) = (words::plain(key), unit.trim());
+        let (key, unit) = (keywords::plain(key), unit.trim());
         let unit = in_brackets(unit).unwrap_or(unit);
-        if !(words::words_of(&key).any(|word| words::has(UNIT, word)) && is_unit(unit)) {
+        if !(keywords::words_of(&key).any(|word| keywords::has(UNIT, word)) && is_unit(unit)) {
             continue;
         }
         let named = |column: &FileColumn| {
-            let name = words::plain(&column.stem);
-            words::words_of(&name).any(|word| words::words_of(&key).any(|of| of == word))
+            let name = keywords::plain(&column.stem);
+            keywords::words_of(&name).any(|word| keywords::words_of(&key).any(|of| of == word))
         };
         let measures = |column: &FileColumn| {
-            let name = words::plain(&column.stem);
+            let name = keywords::plain(&column.stem);
             OF_KINDS.iter().any(|(kind, list)| {
-                let is_known = words::words_of(&name).any(|word| words::has(list, word));
+                let is_known = keywords::words_of(&name).any(|word| keywords::has(list, word));
                 is_known && Conversion::from_unit(*kind, unit).is_some()
             })
         };

@@ -5,9 +5,9 @@ use csv::StringRecord;
 use super::cell::{CellFault, DecimalHint, NumberMarks, is_absent};
 use super::columns::FileColumn;
 use super::error::{LinePlace, TableFileError};
+use super::keywords::plain;
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
-use super::words::plain;
 use crate::readings::{
     Conversion, DecimalSign, FileCell, NumberFault, NumberReader, unescape_formula,
 };

@@ -46,7 +46,7 @@ pub(crate) const TIME: &str = "time zeit temps tempo tiempo timestamp zeitstempe
 
 /// Temperature.
 pub(crate) const TEMPERATURE: &str =
-    "temperature temp temperatur temperatura teplota sicaklik температура 温度";
+    "temperature temp temperatur temperatura teplota homerseklet sicaklik температура 温度";
 
 /// What columns have that hold a plan, a limit or a rate rather than what was read.
 pub(crate) const NOT_READ: &str = "soll sollwert target setpoint nominal consigne objetivo max min maximum minimum peak sd std stdev error fehler rate speed \
@@ -62,9 +62,12 @@ pub(crate) fn has(words: &str, word: &str) -> bool {
 
 /// Whether a word stands in names of columns.
 pub(super) fn is_known(word: &str) -> bool {
-    const ALL: [&str; 8] = [
+    const ALL: [&str; 11] = [
         FORCE,
         DISPLACEMENT,
+        MOMENT,
+        ROTATION,
+        POSITION,
         POSE,
         DIRECTION,
         REPEAT,
