@@ -134,44 +134,29 @@ fn import_vectors(
     let data = Data::open_readings(&args.out, &OpenSettings::default())?;
     notes.extend(vectors.notes.iter().cloned());
     notes.extend(data.warnings());
-    let mut report = ImportReport {
+    let of_table = match &data {
+        Data::LoadCases(all) => all.first().map(|one| {
+            let cases = one.table.cases.len();
+            (cases, cases, one.table.poses())
+        }),
+        Data::Readings(all) => all.first().map(|one| {
+            let table = &one.table;
+            (table.readings.len(), table.runs.len(), table.poses())
+        }),
+        Data::Stiffness { .. } => None,
+    };
+    let (readings, runs, poses) = of_table.unwrap_or_default();
+    let report = ImportReport {
         folder: args.out.clone(),
         source: record.source.unwrap_or_default(),
         source_sha256: record.source_sha256.unwrap_or_default(),
         mapping_sha256,
         columns: vectors.columns.clone(),
-        readings: 0,
-        runs: 0,
-        poses: Vec::new(),
+        readings,
+        runs,
+        poses: poses.iter().map(ToString::to_string).collect(),
         stiffness: stiffness_table(&[], &GaugePair::default(), StiffnessOptions::default()),
     };
-    match &data {
-        Data::LoadCases(all) => {
-            for loaded in all {
-                report.readings += loaded.table.cases.len();
-                report.runs += loaded.table.cases.len();
-                report.poses = loaded
-                    .table
-                    .poses()
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect();
-            }
-        }
-        Data::Readings(all) => {
-            for session in all {
-                report.readings += session.table.readings.len();
-                report.runs += session.table.runs.len();
-                report.poses = session
-                    .table
-                    .poses()
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect();
-            }
-        }
-        Data::Stiffness { .. } => {}
-    }
     Ok(Outcome::new("import", report.document(), report)
         .with_inputs(Inputs::default().with_data(&data))
         .with_warnings(notes))
