@@ -37,7 +37,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/measurement/src", "table_files", &["readings"]),
     ("crates/measurement/src", "load_cases", &["readings", "table_files"]),
     ("crates/measurement/src", "specimen", &["readings", "table_files"]),
-    ("crates/measurement/src", "import", &["readings", "table_files", "specimen"]),
+    ("crates/measurement/src", "import", &["readings", "table_files", "load_cases", "specimen"]),
     ("crates/measurement/src", "calibration", &["readings", "table_files"]),
     ("crates/measurement/src", "procedure", &["readings"]),
     ("crates/measurement/src", "stiffness", &["readings"]),

@@ -25,7 +25,7 @@ pub(crate) fn run(bytes: &[u8]) {
         // Either answer will do.
         let _ = ImportMapping::from_toml("fuzz.toml", text);
     }
-    let Ok(draft) = ImportDraft::read("fuzz.csv", bytes, log, &mapping) else {
+    let Ok(draft) = ImportDraft::read(&[("fuzz.csv", bytes)], log, &mapping) else {
         return;
     };
     let _ = (draft.missing(), draft.columns());

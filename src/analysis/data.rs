@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
+use crate::import::{ImportMapping, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
@@ -55,6 +56,8 @@ pub struct OpenSettings {
     pub gauge_log: Option<GaugeLogOptions>,
     /// Calibration of the gauges, beside what the session states.
     pub gauges: GivenCalibration,
+    /// What the columns of a table of vectors under names of its own mean.
+    pub columns: ImportMapping,
 }
 
 /// What is done about a gauge whose calibration had run out on the last day of the measurement, or on the day given here (today) if that
@@ -123,7 +126,7 @@ impl Data {
                 measured: MeasuredStiffness::of_list(&read_stiffness_list(name, text.as_bytes())?),
             });
         }
-        let may_be_list = is_file(path) && !LoadedLoadCases::is_at(path);
+        let may_be_list = is_file(path) && !LoadedLoadCases::is_at(path, options);
         if may_be_list && is_stiffness_list(first_line(path)?.as_bytes()) {
             let name = shown(path);
             let bytes = read_bytes(path)?;
@@ -141,7 +144,7 @@ impl Data {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_readings(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
-        if LoadedLoadCases::is_at(path) {
+        if LoadedLoadCases::is_at(path, options) {
             let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(vec![loaded]));
         }
@@ -158,7 +161,7 @@ impl Data {
         match self {
             Self::Readings(mut all) => {
                 for path in further {
-                    if LoadedLoadCases::is_at(path) {
+                    if LoadedLoadCases::is_at(path, options) {
                         let first = all.first().map_or("the first data", |one| &one.name);
                         let problem = format!("it holds {LOAD_CASES}, {first} {SERIES}");
                         return ArgumentError::refuse(shown(path), problem, OF_ONE_KIND);
@@ -169,7 +172,7 @@ impl Data {
             }
             Self::LoadCases(mut all) => {
                 for path in further {
-                    if is_there(path) && !LoadedLoadCases::is_at(path) {
+                    if is_there(path) && !LoadedLoadCases::is_at(path, options) {
                         let first = all.first().map_or("the first data", |one| &one.name);
                         let problem = format!("it holds no {LOAD_CASES}, as {first} does");
                         return ArgumentError::refuse(shown(path), problem, OF_ONE_KIND);
@@ -322,19 +325,25 @@ impl LoadedSession {
         let folder = folder_of(&file);
         let name = shown(&file);
         let bytes = read_bytes(&file)?;
-        let of_vectors = options.gauge_log.is_none() && is_vector_table(&bytes);
+        let own = options
+            .gauge_log
+            .is_none()
+            .then(|| own_names(&name, &bytes, options));
+        let own = own.transpose()?.flatten();
+        let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
+        let of_vectors = options.gauge_log.is_none() && is_vector_table(text);
         if of_vectors && !takes_several {
             return Err(AnalysisError::Vectors { path: file });
         }
         if of_vectors {
             options.gauges.refuse(&name)?;
         }
-        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
+        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
         let mut table = match &options.gauge_log {
             Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
-            None if of_vectors => read_vector_readings(&name, bytes.as_slice())?,
+            None if of_vectors => read_vector_readings(&name, text)?,
             None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
         };
         let mut warnings: Vec<String> = table
@@ -342,6 +351,7 @@ impl LoadedSession {
             .iter()
             .map(|assumption| format!("assumed: {assumption}"))
             .collect();
+        warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
         let notes = table.notes.iter().filter(|_| !of_vectors);
         warnings.extend(notes.map(ToString::to_string));
@@ -440,10 +450,15 @@ impl LoadedSession {
 impl LoadedLoadCases {
     /// Whether a session folder or file holds load cases.
     #[must_use]
-    pub fn is_at(path: &Path) -> bool {
+    pub fn is_at(path: &Path, options: &OpenSettings) -> bool {
         let file = readings_file(path).ok();
         let bytes = file.and_then(|file| read_bytes(&file).ok());
-        bytes.is_some_and(|bytes| is_load_case_table(&bytes) && !is_vector_table(&bytes))
+        bytes.is_some_and(|bytes| match own_names("", &bytes, options) {
+            Ok(Some(own)) => !is_vector_table(own.text.as_bytes()),
+            Ok(None) => is_load_case_table(&bytes) && !is_vector_table(&bytes),
+            // What is wrong with them is stated where they are opened.
+            Err(_) => true,
+        })
     }
 
     /// Opens a session folder or a file of load cases.
@@ -456,8 +471,11 @@ impl LoadedLoadCases {
         let bytes = read_bytes(&file)?;
         let name = shown(&file);
         let scatter = options.gauges.scatter(&name)?;
-        let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
-        let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
+        let own = own_names(&name, &bytes, options)?;
+        let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
+        let table = read_load_cases(&name, text, &ReadOptions::default())?;
+        let mut warnings: Vec<String> = own.into_iter().flat_map(|own| own.notes).collect();
+        warnings.extend(table.notes.iter().map(ToString::to_string));
         let header = session_header(&folder, &mut warnings)?;
         let overdue = check_calibration(header.as_ref(), None, options.calibration, &mut warnings)?;
         Ok(Self {
@@ -478,6 +496,15 @@ impl LoadedLoadCases {
             needs,
         }
     }
+}
+
+/// A table of vectors that is no text under the names of load cases, as that text.
+fn own_names(
+    name: &str,
+    bytes: &[u8],
+    options: &OpenSettings,
+) -> Result<Option<VectorText>, AnalysisError> {
+    Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
 /// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.

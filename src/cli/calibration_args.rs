@@ -9,10 +9,12 @@ use crate::analysis::{
     read_bytes,
 };
 use crate::calibration::CalibrationCurve;
+use crate::import::ImportMapping;
 use crate::quantity::Kind;
 
 use super::args::Global;
 use super::failure::Failure;
+use super::import::column_pairs;
 use super::session::instrument_records;
 
 /// Calibration of the gauges.
@@ -34,6 +36,9 @@ pub(super) struct CalibrationArgs {
     /// Instrument records in the form of session.toml, instead of the session's
     #[arg(long, value_name = "FILE")]
     instrument_records: Option<PathBuf>,
+    /// Columns of a table of vectors under names of its own, WHAT=COLUMN,...: pose, joint.NAME, force_x, moment_x, displacement_x, rotation_x, position_x, and along y and z; give a column by name or number
+    #[arg(long, value_name = "WHAT=COLUMN", help_heading = "Data")]
+    map: Vec<String>,
 }
 
 /// Options on calibration alone, as a report records them.
@@ -58,8 +63,10 @@ impl CalibrationArgs {
             ),
             ("--instrument-records", path(&self.instrument_records)),
         ];
+        let map = self.map.iter().map(|map| ("--map", Some(map.clone())));
         let given = options
             .into_iter()
+            .chain(map)
             .filter_map(|(name, value)| Some([name.to_owned(), value?]));
         given.flatten().collect()
     }
@@ -78,8 +85,13 @@ impl CalibrationArgs {
 
     /// How data are opened, with what is known of the gauges.
     pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
+        let mut columns = ImportMapping::default();
+        for (role, column) in column_pairs(&self.map)? {
+            columns.set(&role, &column)?;
+        }
         Ok(OpenSettings {
             gauges: self.given()?,
+            columns,
             ..global.open_settings()
         })
     }

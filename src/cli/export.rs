@@ -190,7 +190,7 @@ fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
         ..global.open_settings()
     };
     let branches = args.branches;
-    if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data) {
+    if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data, &settings) {
         return Ok(of_load_cases(&LoadedLoadCases::open(
             &args.data, &settings,
         )?));

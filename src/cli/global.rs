@@ -5,6 +5,7 @@ use jiff::civil::Date;
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
+use crate::import::ImportMapping;
 
 /// Options of every subcommand.
 #[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
@@ -44,6 +45,7 @@ impl Global {
     /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
     pub(super) fn open_settings(&self) -> OpenSettings {
         OpenSettings {
+            columns: ImportMapping::default(),
             trust_csv: self.trust_csv,
             calibration: if self.strict {
                 CalibrationCheck::Refuse(today())

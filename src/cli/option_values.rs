@@ -3,6 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::stiffness::Branches;
+use crate::table_files::TextEncoding;
 
 /// A word with others that mean the same behind bars, what help says of it, and its value.
 pub(super) type OptionValue<T> = (&'static str, &'static str, T);
@@ -11,6 +12,26 @@ pub(super) type OptionValue<T> = (&'static str, &'static str, T);
 pub(super) const BRANCHES: [OptionValue<Branches>; 2] = [
     ("loading", "Loading only", Branches::LoadingOnly),
     ("both", "Loading and unloading", Branches::Both),
+];
+
+/// Encodings of text.
+pub(super) const ENCODINGS: [OptionValue<TextEncoding>; 8] = [
+    ("utf-8", "Unicode", TextEncoding::Utf8),
+    ("utf-16", "Unicode of two bytes", TextEncoding::Utf16),
+    (
+        "windows-1252|latin1|cp1252",
+        "Western Europe",
+        TextEncoding::Windows1252,
+    ),
+    (
+        "windows-1250|cp1250",
+        "Central Europe",
+        TextEncoding::Windows1250,
+    ),
+    ("windows-1251|cp1251", "Cyrillic", TextEncoding::Windows1251),
+    ("windows-1254|cp1254", "Turkish", TextEncoding::Windows1254),
+    ("gb18030|gbk|gb2312", "Chinese", TextEncoding::Gb18030),
+    ("shift-jis|sjis|cp932", "Japanese", TextEncoding::ShiftJis),
 ];
 
 /// The decimal sign, as two values.

@@ -5,10 +5,10 @@ use clap::Args;
 use crate::analysis::ArgumentError;
 use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
-use crate::table_files::TableFileOptions;
+use crate::table_files::{TableFileOptions, TextEncoding};
 
 use super::import::column_pairs;
-use super::option_values::{OptionValue, decimal_signs, one_of};
+use super::option_values::{ENCODINGS, OptionValue, decimal_signs, one_of};
 
 /// Units and form of a table of force against displacement that has no robot.
 #[derive(Debug, Clone, PartialEq, Args)]
@@ -32,7 +32,10 @@ pub(super) struct PartTableArgs {
     /// Share of a run's range by which the path must return before it counts as unloading
     #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE)]
     turn_share: f64,
-    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
+    /// Encoding of the text [default: detected from its words]
+    #[arg(long, value_parser = one_of(ENCODINGS))]
+    encoding: Option<TextEncoding>,
+    /// Sheet of a spreadsheet [default: all with rows of numbers under the same names]
     #[arg(long, value_name = "NAME")]
     sheet: Option<String>,
     /// Decimal sign of the numbers [default: detected from all of them]
@@ -108,6 +111,7 @@ impl PartTableArgs {
             response: self.response,
             turn_share: Some(self.turn_share),
             file: TableFileOptions {
+                encoding: self.encoding,
                 sheet: self.sheet.clone(),
                 decimal: self.decimal,
                 ..TableFileOptions::default()

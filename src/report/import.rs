@@ -41,6 +41,18 @@ impl ImportReport {
     pub fn document(&self) -> Document {
         let folder = self.folder.display();
         let mut document = columns_document(&self.columns);
+        if self.stiffness.cells.is_empty() && self.stiffness.skipped.is_empty() {
+            document.paragraph(format!(
+                "{} of vectors in {}, poses {}, written to {folder}.",
+                counted(self.readings, "reading"),
+                counted(self.poses.len(), "pose"),
+                self.poses.join(", "),
+            ));
+            document.next(format!(
+                "fit {folder} --robot FILE, and stiffbench diagnose {folder} --robot FILE."
+            ));
+            return document;
+        }
         document.paragraph(format!(
             "{} in {}, poses {}, written to {folder}.",
             counted(self.readings, "reading"),

@@ -128,7 +128,7 @@ fn columns_are_named_by_name_or_number() {
     let error = desk.refusal(
         "import a.csv --out s3 --map force=Kraft",
         11,
-        "stiffbench::import::unknown_column",
+        "stiffbench::table::unknown_column",
     );
     assert_output_contains(&error, &["a.csv, line 1", "`Kraft`"]);
     desk.refusal(
@@ -265,7 +265,7 @@ fn damaged_files_are_refused_with_place_and_remedy() {
         (
             "twice",
             good.replace("travel [mm]", "force [N]"),
-            "stiffbench::import::duplicate_column",
+            "stiffbench::table::duplicate_column",
             &["4 and 5", "--map force=4"],
         ),
         (

@@ -42,6 +42,7 @@ const COMMON: &[Common] = &[
     ("displacement-unit", &["UNIT"], &["unit set at the displacement gauge", "unit of the displacement"]),
     ("effect", &["EFFECT"], &["effect in addition to the beams"]),
     ("emulated", &[], &["emulated bench"]),
+    ("encoding", &["ENCODING"], &["encoding of the text"]),
     ("factors", &["NAME|FILE"], &["factor set of the robot"]),
     ("figures", &["FOLDER"], &["figure", "draw"]),
     ("format", &["FORMAT"], &["format"]),

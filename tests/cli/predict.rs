@@ -186,7 +186,7 @@ fn what_cannot_be_predicted_is_refused() {
         assert!(message.contains(parts), "{message}");
     }
     desk.write("table.csv", &table.replace("travel_mm", "way_mm"));
-    let code = "stiffbench::specimen::missing_column";
+    let code = "stiffbench::table::unknown_column";
     desk.refusal("part predict part/model.toml table.csv", 11, code);
 }
 

@@ -363,7 +363,7 @@ fn options_that_cannot_be() {
         ..options()
     };
     let error = read_with("F_N,d_um\n1,2\n", &same).unwrap_err();
-    assert_error(&error, "specimen::same_column", None, &["`F_N`"]);
+    assert_error(&error, "table::same_column", None, &["`F_N`"]);
     for share in [0.0, 1.0, -0.1, f64::NAN] {
         let wrong = SpecimenOptions {
             turn_share: Some(share),
@@ -411,28 +411,29 @@ fn options_that_cannot_be() {
 
 #[test]
 fn headers_that_do_not_fit() {
-    let error = read("F_N,D_um\n1,2\n").unwrap_err();
+    let error = read("F_N,dd_um\n1,2\n").unwrap_err();
     assert_error(
         &error,
-        "specimen::missing_column",
+        "table::unknown_column",
         Some(1),
-        &["pull.csv, line 1", "`d_um`", "`F_N`, `D_um`"],
+        &["pull.csv, line 1", "`d_um`", "`F_N`, `dd_um`"],
     );
-    assert_eq!(error.help().unwrap().to_string(), "is `D_um` meant?");
+    let help = error.help().unwrap().to_string();
+    assert_eq!(help, "is `dd_um` meant? --map displacement=dd_um");
     let error = read("0,0\n1,2\n").unwrap_err();
     assert!(
         error
             .help()
             .unwrap()
             .to_string()
-            .contains("first line of the table")
+            .contains("its number from 1")
     );
     let error = read("# rig 3\nF_N,d_um,d_um\n1,2,3\n").unwrap_err();
     assert_error(
         &error,
-        "specimen::duplicate_column",
+        "table::duplicate_column",
         Some(2),
-        &["`d_um`", "2. and the 3."],
+        &["`d_um`", "columns 2 and 3"],
     );
     for name in ["d", "strain_um_m", "d_per_m"] {
         let bare = SpecimenOptions {

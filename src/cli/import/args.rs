@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::SourceFile;
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
 use crate::cli::gauge::lines::{GaugeLineArgs, table_of};
-use crate::cli::option_values::{OptionValue, decimal_signs, one_of, word_of};
+use crate::cli::option_values::{ENCODINGS, OptionValue, decimal_signs, one_of, word_of};
 use crate::cli::outcome::shell_word;
 use crate::import::{ImportMapping, ImportedQuantity, MarkWord};
 use crate::quantity::Kind;
-use crate::table_files::FieldDelimiter;
+use crate::table_files::{FieldDelimiter, TextEncoding};
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]
@@ -21,12 +22,13 @@ use crate::table_files::FieldDelimiter;
     after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z\n  stiffbench import force.txt --instrument mark10-series5 --displacement-log travel.csv --out raw-logs --direction z"
 )]
 pub(in crate::cli) struct ImportArgs {
-    /// Table of any program: CSV, TSV, LabVIEW, XLSX, export of a testing machine, gauge log
-    pub(super) file: PathBuf,
+    /// Table of any program: CSV, TSV, LabVIEW, XLSX, export of a testing machine, gauge log; several files with the same columns are repeats
+    #[arg(value_name = "FILE", required = true)]
+    pub(super) files: Vec<PathBuf>,
     /// Session folder to create
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
-    /// Assign columns to quantities, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; give a column by name or number
+    /// Assign columns to quantities, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; give a column by name or number, and each repeat's displacement if they stand side by side
     #[arg(long, value_name = "WHAT=COLUMN")]
     pub(super) map: Vec<String>,
     /// Mapping of an earlier import, mapping.toml in its folder; the other options override it
@@ -65,7 +67,10 @@ pub(in crate::cli) struct ImportArgs {
     /// Thousands separator; none: a mark followed by three digits is the decimal sign
     #[arg(long, value_parser = one_of(THOUSANDS))]
     thousands: Option<MarkWord>,
-    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
+    /// Encoding of the text [default: detected from its words]
+    #[arg(long, value_parser = one_of(ENCODINGS))]
+    encoding: Option<TextEncoding>,
+    /// Sheet of a spreadsheet [default: all with rows of numbers under the same names]
     #[arg(long, value_name = "NAME")]
     pub(super) sheet: Option<String>,
     /// Log of the displacement gauge, paired by time with FILE, the log of the force gauge
@@ -121,20 +126,19 @@ impl ImportArgs {
     pub(super) fn table<'b>(
         &self,
         kind: Kind,
-        name: &str,
-        bytes: &'b [u8],
+        file: &'b SourceFile,
         mapping: &mut ImportMapping,
         notes: &mut Vec<String>,
     ) -> Result<Cow<'b, [u8]>, Failure> {
         let Some(description) = self.gauge_lines.description(kind)? else {
-            return Ok(Cow::Borrowed(bytes));
+            return Ok(Cow::Borrowed(&file.bytes));
         };
         let units = &mapping.units;
         let unit = match kind {
             Kind::Force => units.force.as_deref(),
             _ => units.displacement.as_deref(),
         };
-        let table = table_of(name, bytes, &description, unit)?;
+        let table = table_of(&file.shown, &file.bytes, &description, unit)?;
         notes.extend(table.note);
         // Decoded values have points.
         mapping.decimal.get_or_insert(MarkWord::Point);
@@ -144,11 +148,9 @@ impl ImportArgs {
     /// The command without what is missing, for messages.
     pub(super) fn command(&self) -> String {
         let path = |path: &Path| shell_word(&path.display().to_string());
-        let mut command = format!(
-            "stiffbench import {} --out {}",
-            path(&self.file),
-            path(&self.out)
-        );
+        let files: Vec<String> = self.files.iter().map(|file| path(file)).collect();
+        let (files, out) = (files.join(" "), path(&self.out));
+        let mut command = format!("stiffbench import {files} --out {out}");
         let mut add = |option: &str, value: Option<String>| {
             if let Some(value) = value {
                 let _ = write!(command, " --{option} {value}");
@@ -188,6 +190,8 @@ impl ImportArgs {
             "delimiter",
             delimiter.and_then(|one| word_of(DELIMITERS, one)),
         );
+        let encoding = self.encoding.as_ref();
+        add("encoding", encoding.and_then(|one| word_of(ENCODINGS, one)));
         let decimal = self.decimal.as_ref();
         add("decimal", decimal.and_then(|one| word_of(decimals(), one)));
         let thousands = self.thousands.as_ref();
@@ -205,8 +209,14 @@ impl ImportArgs {
             None => ImportMapping::default(),
         };
         let mut seen: Vec<String> = Vec::new();
-        for (role, column) in column_pairs(&self.map)? {
-            if seen.contains(&role) {
+        let pairs = column_pairs(&self.map)?;
+        if pairs.iter().any(|(role, _)| role == "displacement") {
+            // What is stated replaces what the mapping has.
+            mapping.columns.displacement = None;
+            mapping.columns.repeats.clear();
+        }
+        for (role, column) in pairs {
+            if role != "displacement" && seen.contains(&role) {
                 return ArgumentError::refuse(
                     format!("--map {role}={column}"),
                     format!("{role} has a column already"),
@@ -245,6 +255,7 @@ impl ImportArgs {
             mapping.flip.clone_from(&self.flip);
         }
         mapping.delimiter = self.delimiter.or(mapping.delimiter);
+        mapping.encoding = self.encoding.or(mapping.encoding);
         mapping.decimal = self.decimal.or(mapping.decimal);
         mapping.thousands = self.thousands.or(mapping.thousands);
         Ok(mapping)

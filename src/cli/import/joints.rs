@@ -14,10 +14,9 @@ use crate::cli::failure::Failure;
 pub(super) fn take_variables(
     mapping: &mut ImportMapping,
     robot: &Robot,
-    file: &str,
-    bytes: &[u8],
+    files: &[(&str, &[u8])],
 ) -> Result<Option<String>, Failure> {
-    let columns = ImportDraft::read(file, bytes, None, mapping)?.columns();
+    let columns = ImportDraft::read(files, None, mapping)?.columns();
     let variables: Vec<&str> = robot
         .variables
         .iter()
@@ -35,7 +34,7 @@ pub(super) fn take_variables(
                 .insert(variable.to_owned(), column.name.clone());
         }
     }
-    let draft = ImportDraft::read(file, bytes, None, mapping)?;
+    let draft = ImportDraft::read(files, None, mapping)?;
     let columns = draft.columns();
     let joints: Vec<(&str, &ColumnGuess)> = columns
         .iter()
@@ -66,7 +65,8 @@ pub(super) fn take_variables(
         }
         return Ok(Some(note));
     }
-    let line = draft.header_line().unwrap_or(1);
+    let (line, file) = (draft.header_line().unwrap_or(1), files.first());
+    let file = file.map_or("", |(name, _)| *name);
     let has_column = |variable: &str| joints.iter().any(|(name, _)| *name == variable);
     let without = variables.iter().find(|variable| !has_column(variable));
     let help = match without {

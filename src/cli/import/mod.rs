@@ -7,19 +7,20 @@ use std::io::{BufRead, IsTerminal};
 use std::path::Path;
 
 use crate::analysis::{
-    Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash, read_bytes,
-    robot_source, sha256, shown,
+    Data, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash,
+    read_bytes, robot_source, sha256, shown,
 };
 use crate::import::{
     ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, MissingPart,
+    VectorText,
 };
 use crate::procedure::Procedure;
 use crate::quantity::Kind;
-use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
+use crate::readings::{ImportRecord, PoseJoints, ProcedureRecord, SessionHeader, write_readings};
 use crate::report::{ImportReport, columns_document};
 use crate::robot::Robot;
 use crate::source_text::SourceText;
-use crate::stiffness::Branches;
+use crate::stiffness::{Branches, GaugePair, StiffnessOptions, stiffness_table};
 
 use super::args::Global;
 use super::failure::{CliError, Failure};
@@ -40,39 +41,38 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     }
     let robot = args.robot.as_ref().map(|name| robot_source(name, None));
     let robot = robot.transpose()?;
-    let bytes = read_bytes(&args.file)?;
+    let sources = args.files.iter().map(|path| SourceFile::read(path));
+    let sources = sources.collect::<Result<Vec<_>, _>>()?;
     let log = args.displacement_log.as_ref();
-    let log = log.map(|path| Ok::<_, Failure>((path.display().to_string(), read_bytes(path)?)));
-    let log = log.transpose()?;
+    let log = log.map(|path| SourceFile::read(path)).transpose()?;
+    if let Some(vectors) = vectors_of(args, &sources, log.is_some())? {
+        return import_vectors(args, &vectors, &sources, robot.as_ref());
+    }
     let mut of_lines = Vec::new();
     let parsed = robot.as_ref().map(Robot::parse).transpose()?;
-    let log_file = log
-        .as_ref()
-        .map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
-    let draft = draft_of(
-        args,
-        global,
-        &bytes,
-        log_file,
-        parsed.as_ref(),
-        &mut of_lines,
-    )?;
+    let files = (&sources[..], log.as_ref());
+    let draft = draft_of(args, global, files, parsed.as_ref(), &mut of_lines)?;
     let columns = draft.columns();
     let imported = draft.finish(&args.command())?;
     let of_poses = robot
         .as_ref()
         .map(|robot| check_poses(robot, &imported))
         .transpose()?;
-    let source = SourceFile {
-        name: file_name(&args.file),
-        bytes: &bytes,
+    let record = import_record(&sources);
+    let mut readings = Vec::new();
+    write_readings(&imported.table, &mut readings)?;
+    let made = MadeSession {
+        readings,
+        mapping: imported.mapping.to_toml(),
+        poses: &imported.poses,
+        is_of_vectors: false,
     };
-    let log = log.as_ref().map(|(name, bytes)| SourceFile {
-        name: file_name(Path::new(name)),
-        bytes,
-    });
-    let (mapping_sha256, mut notes) =
-        write_session(args, &imported, &source, log.as_ref(), robot.as_ref())?;
+    let (mapping_sha256, mut notes) = write_session(
+        args,
+        &made,
+        (&sources, log.as_ref(), &record),
+        robot.as_ref(),
+    )?;
     let session = LoadedSession::open(&args.out, &OpenSettings::default())?;
     let stiffness = session.stiffness(Branches::LoadingOnly)?;
     notes.extend(of_lines);
@@ -84,8 +84,8 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let poses = imported.table.poses();
     let report = ImportReport {
         folder: args.out.clone(),
-        source: shown(&args.file),
-        source_sha256: sha256(&bytes),
+        source: record.source.unwrap_or_default(),
+        source_sha256: record.source_sha256.unwrap_or_default(),
         mapping_sha256,
         columns,
         readings: imported.table.readings.len(),
@@ -100,37 +100,147 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         .with_strict_exit(u8::from(in_doubt)))
 }
 
+/// Files that hold vectors, under the names of load cases.
+fn vectors_of(
+    args: &ImportArgs,
+    sources: &[SourceFile],
+    has_log: bool,
+) -> Result<Option<VectorText>, Failure> {
+    if has_log || args.gauge_lines.description(Kind::Force)?.is_some() {
+        return Ok(None);
+    }
+    let named = sources.iter().map(|of| (of.shown.as_str(), &of.bytes[..]));
+    let named: Vec<(&str, &[u8])> = named.collect();
+    Ok(VectorText::read(&named, &args.mapping()?)?)
+}
+
+/// Makes a session folder of load cases.
+fn import_vectors(
+    args: &ImportArgs,
+    vectors: &VectorText,
+    sources: &[SourceFile],
+    robot: Option<&SourceText>,
+) -> Result<Outcome, Failure> {
+    let record = import_record(sources);
+    let lines = vectors.text.lines().filter(|line| !line.is_empty());
+    let lines: Vec<&str> = lines.collect();
+    let made = MadeSession {
+        readings: (lines.join("\n") + "\n").into_bytes(),
+        mapping: vectors.mapping.to_toml(),
+        poses: &[],
+        is_of_vectors: true,
+    };
+    let (mapping_sha256, mut notes) = write_session(args, &made, (sources, None, &record), robot)?;
+    let data = Data::open_readings(&args.out, &OpenSettings::default())?;
+    notes.extend(vectors.notes.iter().cloned());
+    notes.extend(data.warnings());
+    let of_table = match &data {
+        Data::LoadCases(all) => all.first().map(|one| {
+            let cases = one.table.cases.len();
+            (cases, cases, one.table.poses())
+        }),
+        Data::Readings(all) => all.first().map(|one| {
+            let table = &one.table;
+            (table.readings.len(), table.runs.len(), table.poses())
+        }),
+        Data::Stiffness { .. } => None,
+    };
+    let (readings, runs, poses) = of_table.unwrap_or_default();
+    let report = ImportReport {
+        folder: args.out.clone(),
+        source: record.source.unwrap_or_default(),
+        source_sha256: record.source_sha256.unwrap_or_default(),
+        mapping_sha256,
+        columns: vectors.columns.clone(),
+        readings,
+        runs,
+        poses: poses.iter().map(ToString::to_string).collect(),
+        stiffness: stiffness_table(&[], &GaugePair::default(), StiffnessOptions::default()),
+    };
+    Ok(Outcome::new("import", report.document(), report)
+        .with_inputs(Inputs::default().with_data(&data))
+        .with_warnings(notes))
+}
+
 /// The tables with what their columns were taken for, asked for what is missing.
 fn draft_of(
     args: &ImportArgs,
     global: &Global,
-    bytes: &[u8],
-    log: Option<(&str, &[u8])>,
+    (sources, log): (&[SourceFile], Option<&SourceFile>),
     robot: Option<&Robot>,
     notes: &mut Vec<String>,
 ) -> Result<ImportDraft, Failure> {
-    let name = shown(&args.file);
     let mut mapping = args.mapping()?;
-    let table = args.table(Kind::Force, &name, bytes, &mut mapping, notes)?;
+    let mut tables = Vec::new();
+    for source in sources {
+        tables.push(args.table(Kind::Force, source, &mut mapping, notes)?);
+    }
+    let named = sources.iter().zip(&tables);
+    let named: Vec<(&str, &[u8])> = named
+        .map(|(of, table)| (of.shown.as_str(), &**table))
+        .collect();
     let log = log
-        .map(|(name, bytes)| {
-            let table = args.table(Kind::Displacement, name, bytes, &mut mapping, notes)?;
-            Ok::<_, Failure>((name, table))
+        .map(|log| {
+            let table = args.table(Kind::Displacement, log, &mut mapping, notes)?;
+            Ok::<_, Failure>((log.shown.as_str(), table))
         })
         .transpose()?;
     if let Some(robot) = robot {
-        notes.extend(take_variables(&mut mapping, robot, &name, &table)?);
+        notes.extend(take_variables(&mut mapping, robot, &named)?);
     }
     let log = log.as_ref().map(|(name, table)| (*name, &**table));
     asked(args, global, mapping, |mapping| {
-        Ok(ImportDraft::read(&name, &table, log, mapping)?)
+        Ok(ImportDraft::read(&named, log, mapping)?)
     })
 }
 
 /// A file as it goes into the folder `raw`.
-struct SourceFile<'a> {
+pub(super) struct SourceFile {
+    /// For messages.
+    shown: String,
     name: String,
-    bytes: &'a [u8],
+    bytes: Vec<u8>,
+}
+
+impl SourceFile {
+    fn read(path: &Path) -> Result<Self, Failure> {
+        Ok(Self {
+            shown: shown(path),
+            name: file_name(path),
+            bytes: read_bytes(path)?,
+        })
+    }
+}
+
+/// Where files stand in the folder, each under a name of its own.
+fn places_in_folder(sources: &[SourceFile]) -> Vec<String> {
+    let place = |(index, source): (usize, &SourceFile)| {
+        let mut before = sources[..index].iter();
+        if before.any(|other| other.name == source.name) {
+            format!("raw/{}-{}", index + 1, source.name)
+        } else {
+            format!("raw/{}", source.name)
+        }
+    };
+    sources.iter().enumerate().map(place).collect()
+}
+
+/// The files that readings are from, with the hash of one, or of the list of the hashes of several as `sha256sum` prints it.
+fn import_record(sources: &[SourceFile]) -> ImportRecord {
+    let places = places_in_folder(sources);
+    let hash = match sources {
+        [one] => sha256(&one.bytes),
+        all => {
+            let lines = all.iter().zip(&places);
+            let lines = lines.map(|(file, place)| format!("{}  {place}\n", sha256(&file.bytes)));
+            sha256(lines.collect::<String>())
+        }
+    };
+    ImportRecord {
+        source: Some(places.join(", ")),
+        source_sha256: Some(hash),
+        mapping_sha256: None,
+    }
 }
 
 fn file_name(path: &Path) -> String {
@@ -158,8 +268,10 @@ fn asked(
     mut mapping: ImportMapping,
     read: impl Fn(&ImportMapping) -> Result<ImportDraft, Failure>,
 ) -> Result<ImportDraft, Failure> {
-    let can_ask =
-        !global.no_input && !global.json && !is_dash(&args.file) && std::io::stdin().is_terminal();
+    let can_ask = !global.no_input
+        && !global.json
+        && !args.files.iter().any(|file| is_dash(file))
+        && std::io::stdin().is_terminal();
     let mut is_shown = false;
     loop {
         let draft = read(&mapping)?;
@@ -202,18 +314,25 @@ fn answered(mapping: &mut ImportMapping, missing: &MissingPart, answer: &str) {
     }
 }
 
+/// What stands in the folder of an import beside its source.
+struct MadeSession<'a> {
+    readings: Vec<u8>,
+    mapping: String,
+    poses: &'a [PoseJoints],
+    is_of_vectors: bool,
+}
+
 /// Writes the folder; returns the hash of the mapping and what a user should know.
 fn write_session(
     args: &ImportArgs,
-    imported: &ImportedReadings,
-    source: &SourceFile<'_>,
-    log: Option<&SourceFile<'_>>,
+    made: &MadeSession<'_>,
+    (sources, log, record): (&[SourceFile], Option<&SourceFile>, &ImportRecord),
     robot: Option<&SourceText>,
 ) -> Result<(String, Vec<String>), Failure> {
-    let mapping = imported.mapping.to_toml();
+    let mapping = &made.mapping;
     let (instruments, notes) = instrument_records(args.instrument_records.as_deref())?;
-    let procedure = (!imported.poses.is_empty()).then(|| ProcedureRecord {
-        joint_values: imported.poses.clone(),
+    let procedure = (!made.poses.is_empty()).then(|| ProcedureRecord {
+        joint_values: made.poses.to_vec(),
         ..ProcedureRecord::default()
     });
     let header = SessionHeader {
@@ -224,38 +343,38 @@ fn write_session(
         procedure,
         instruments,
         import: Some(ImportRecord {
-            source: Some(format!("raw/{}", source.name)),
-            source_sha256: Some(sha256(source.bytes)),
-            mapping_sha256: Some(sha256(&mapping)),
+            mapping_sha256: Some(sha256(mapping)),
+            ..record.clone()
         }),
         ..SessionHeader::default()
     };
-    let mut readings = Vec::new();
-    write_readings(&imported.table, &mut readings)?;
+    let header = if made.is_of_vectors {
+        header.to_load_case_toml()
+    } else {
+        header.to_toml()
+    };
     create_new(&args.out)?;
     let files = || -> Result<(), CliError> {
-        let raw = args.out.join("raw");
-        write(&raw.join(&source.name), source.bytes)?;
+        for (source, place) in sources.iter().zip(places_in_folder(sources)) {
+            write(&args.out.join(place), &source.bytes)?;
+        }
         if let Some(log) = log {
-            let same = log.name == source.name;
-            let name = if same {
-                format!("displacement-{}", log.name)
-            } else {
-                log.name.clone()
-            };
-            write(&raw.join(name), log.bytes)?;
+            let same = sources.iter().any(|source| source.name == log.name);
+            let before = if same { "displacement-" } else { "" };
+            let place = args.out.join(format!("raw/{before}{}", log.name));
+            write(&place, &log.bytes)?;
         }
         if let Some(robot) = robot {
             write(&args.out.join("robot.toml"), robot.text.as_bytes())?;
         }
         write(&args.out.join("mapping.toml"), mapping.as_bytes())?;
-        write(&args.out.join("session.toml"), header.to_toml().as_bytes())?;
-        write(&args.out.join("readings.csv"), &readings)
+        write(&args.out.join("session.toml"), header.as_bytes())?;
+        write(&args.out.join("readings.csv"), &made.readings)
     };
     if let Err(error) = files() {
         // The folder is new: what is in it came from here.
         let _ = std::fs::remove_dir_all(&args.out);
         return Err(error.into());
     }
-    Ok((sha256(&mapping), notes))
+    Ok((sha256(mapping), notes))
 }

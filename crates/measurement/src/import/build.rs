@@ -6,6 +6,7 @@ use super::columns::{ColumnRole, MissingPart};
 use super::draft::ImportDraft;
 use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
+use super::keywords::roles_of;
 use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
@@ -17,6 +18,7 @@ use crate::readings::{
     decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
+use crate::table_files::OWN_COLUMNS;
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -75,6 +77,7 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     let directions = directions(draft, &rows)?;
     notes.extend(stated_over_columns(draft));
     notes.extend(unused_words(draft, &rows));
+    notes.extend(unused_columns(draft));
     if directions.iter().any(|(_, negative)| *negative) {
         notes.push(ImportNote::NegativeDirection);
     }
@@ -160,6 +163,39 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
         let option = format!("{option} {}", value?);
         Some(ImportNote::OptionOverColumn { option, column })
     })
+}
+
+/// Columns that could be used and are not, with why.
+fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
+    let found = &draft.found;
+    let name = |index: usize| draft.name(index).to_owned();
+    let counter = found.counter.map(|(index, why)| ImportNote::NoCounter {
+        column: name(index),
+        why,
+    });
+    let alike = found.ambiguous.iter().map(|(role, places)| {
+        let mut places = places.map(|place| place + 1);
+        places.sort_unstable();
+        ImportNote::Ambiguous {
+            column: name(places[0] - 1),
+            role: role.to_string(),
+            places,
+        }
+    });
+    let roles = draft.columns().into_iter().enumerate();
+    let others = roles.filter(|(index, column)| {
+        let of_file = &draft.table.layout.columns[*index];
+        let mut guesses = roles_of(of_file, None).into_iter();
+        let is_displacement = guesses.any(|(role, _)| role == ColumnRole::Displacement);
+        column.role.is_none() && is_displacement && draft.log.is_none()
+    });
+    let others = others.filter_map(|(_, column)| {
+        Some(ImportNote::UnusedDisplacement {
+            column: column.name,
+            unit: column.unit?,
+        })
+    });
+    counter.into_iter().chain(alike).chain(others).collect()
 }
 
 /// Columns that are not used, with a word in every row and a few words that recur.
@@ -437,8 +473,13 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
 /// The mapping with what was guessed.
 fn complete(draft: &ImportDraft) -> ImportMapping {
     let mut mapping = draft.mapping.clone();
+    mapping.columns.repeats.clone_from(&draft.repeats);
     for (role, (index, _)) in &draft.found.places {
         let column = draft.name(*index).to_owned();
+        // Columns that are no part of a file are found again.
+        if *role == ColumnRole::Repeat && OWN_COLUMNS.contains(&column.as_str()) {
+            continue;
+        }
         match role {
             ColumnRole::Joint(name) => {
                 mapping.joints.entry(name.clone()).or_insert(column);

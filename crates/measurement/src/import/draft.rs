@@ -2,17 +2,14 @@
 
 use super::columns::{ColumnGuess, ColumnRole, ImportedQuantity, MissingPart};
 use super::error::TableImportError;
-use super::guess::{FoundColumns, duplicate};
+use super::guess::FoundColumns;
 use super::joint_unit::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
 use crate::readings::Conversion;
-use crate::table_files::{MachineTable, read_table_file};
+use crate::table_files::{MachineTable, TableFileError, read_table_files};
 use stiffbench_units_and_text::quantity::Kind;
-
-/// Values of a column that are shown.
-const SHOWN: usize = 3;
 
 /// A table with what its columns were taken for.
 #[derive(Debug)]
@@ -21,22 +18,22 @@ pub struct ImportDraft {
     pub(super) mapping: ImportMapping,
     pub(super) found: FoundColumns,
     pub(super) log: Option<PairedLog>,
+    /// Columns of the displacement of repeats after the first.
+    pub(super) repeats: Vec<String>,
 }
 
 impl ImportDraft {
     /// Reads a table and guesses its columns.
     ///
     /// # Arguments
-    /// - `source`: the name of the file, for messages.
-    /// - `bytes`: its bytes.
+    /// - `files`: names, for messages, and bytes; several with the same columns are read as one table.
     /// - `log`: name and bytes of a log of the displacement, where `bytes` are a log of the force alone.
     /// - `mapping`: what is known of the columns.
     ///
     /// # Errors
     /// [`TableImportError`] for a file that is no table, and for columns or units that cannot be.
     pub fn read(
-        source: &str,
-        bytes: &[u8],
+        files: &[(&str, &[u8])],
         log: Option<(&str, &[u8])>,
         mapping: &ImportMapping,
     ) -> Result<Self, TableImportError> {
@@ -55,12 +52,20 @@ impl ImportDraft {
                 });
             }
         }
-        let mut table = read_table_file(source, bytes, &mapping.of_file())?;
+        let mut table = read_table_files(files, &mapping.of_file())?;
         let mut of_force = mapping.clone();
         if log.is_some() {
             of_force.columns.displacement = None;
         }
-        let found = FoundColumns::find(&table, &of_force)?;
+        let mut found = FoundColumns::find(&table, &of_force)?;
+        let repeats = found.repeats_beside_each_other(&table, &of_force)?;
+        let further = repeats.iter().skip(1);
+        let further = further.map(|place| table.name(*place).to_owned()).collect();
+        if !repeats.is_empty() {
+            table = table.stacked(&repeats, "series");
+            of_force.columns.displacement = Some((repeats[0] + 1).to_string());
+            found = FoundColumns::find(&table, &of_force)?;
+        }
         if let Some((dates, times)) = found.dates_and_times(&table) {
             table.join_dates(dates, times);
         }
@@ -72,6 +77,7 @@ impl ImportDraft {
             mapping: mapping.clone(),
             found,
             log,
+            repeats: further,
         };
         draft.refuse_duplicates()?;
         Ok(draft)
@@ -138,15 +144,16 @@ impl ImportDraft {
             .map(|(index, column)| {
                 let mut places = self.found.places.iter();
                 let found = places.find(|(_, (place, _))| *place == index);
-                let rows = 0..self.table.rows.len().min(SHOWN);
+                let is_repeat = self.repeats.contains(&column.name);
+                let displacement = ColumnRole::Displacement;
+                let stacked = self.found.places.get_key_value(&displacement);
+                let found = found.or(stacked.filter(|_| is_repeat));
                 ColumnGuess {
                     name: column.name.clone(),
                     role: found.map(|(role, _)| role.to_string()),
                     unit: self.shown_unit(index, found.map(|(role, _)| role)),
                     from: found.map(|(_, (_, from))| *from),
-                    first_values: rows
-                        .map(|row| self.table.text(row, index).to_owned())
-                        .collect(),
+                    first_values: self.table.first_values(index),
                 }
             })
             .collect()
@@ -191,7 +198,7 @@ impl ImportDraft {
     }
 
     /// Two columns of one name of which one was guessed: nothing shows which is meant.
-    fn refuse_duplicates(&self) -> Result<(), TableImportError> {
+    fn refuse_duplicates(&self) -> Result<(), TableFileError> {
         for (role, (index, _)) in &self.found.places {
             let name = self.name(*index);
             let columns = self.table.layout.columns.iter().enumerate();
@@ -200,7 +207,9 @@ impl ImportDraft {
             let by_number = stated.is_some_and(|name| name.parse::<usize>().is_ok());
             if let Some((other, _)) = alike.next().filter(|_| !by_number && !name.is_empty()) {
                 let (first, second) = ((*index).min(other), (*index).max(other));
-                return Err(duplicate(&self.table, role, name, first, second));
+                return Err(self
+                    .table
+                    .duplicate(name, &role.to_string(), [first, second]));
             }
         }
         for (role, places) in &self.found.candidates {
@@ -209,7 +218,9 @@ impl ImportDraft {
                 .all(|index| self.name(*index) == self.name(places[0]));
             if let ([first, second, ..], true) = (places.as_slice(), same) {
                 let name = self.name(*first);
-                return Err(duplicate(&self.table, role, name, *first, *second));
+                return Err(self
+                    .table
+                    .duplicate(name, &role.to_string(), [*first, *second]));
             }
         }
         Ok(())

@@ -45,62 +45,13 @@ pub enum TableImportError {
         #[help]
         help: String,
     },
-    /// A column that is named and is not there.
-    #[error("{at}: no column `{column}` for the {role}; the columns are {found}")]
-    #[diagnostic(code(stiffbench::import::unknown_column))]
-    UnknownColumn {
-        /// Line of the column names.
-        at: LinePlace,
-        /// The column.
-        column: String,
-        /// What it should be.
-        role: String,
-        /// The columns, each in backquotes.
-        found: String,
-        /// What could be meant.
-        #[help]
-        advice: String,
-    },
-    /// Two columns with one name, of which one is needed.
-    #[error("{at}: columns {first} and {second} are both called `{column}`")]
-    #[diagnostic(
-        code(stiffbench::import::duplicate_column),
-        help("name the intended column by its number: --map {role}={first}")
-    )]
-    DuplicateColumn {
-        /// Line of the column names.
-        at: LinePlace,
-        /// The name.
-        column: String,
-        /// What it should be.
-        role: String,
-        /// Number of the first, from 1.
-        first: usize,
-        /// Number of the second.
-        second: usize,
-    },
-    /// One column for two things.
-    #[error("{file}: column `{column}` is named for the {first} and for the {second}")]
-    #[diagnostic(
-        code(stiffbench::import::same_column),
-        help("name another column with --map {second}=COLUMN")
-    )]
-    SameColumn {
-        /// The file.
-        file: String,
-        /// The column.
-        column: String,
-        /// What it should be.
-        first: String,
-        /// What it should be too.
-        second: String,
-    },
     /// A name that no column can have as its meaning.
     #[error("--map {role}: this is not a quantity of a reading")]
     #[diagnostic(
         code(stiffbench::import::unknown_role),
         help(
-            "known are force, displacement, pose, direction, repeat, branch, date, time, temperature, and joint.NAME for joint values"
+            "known are force, displacement, pose, direction, repeat, branch, date, time, temperature, and joint.NAME for joint values; of vectors force_x, \
+             moment_x, displacement_x, rotation_x and position_x, and the same along y and z"
         )
     )]
     UnknownRole {
@@ -116,6 +67,22 @@ pub enum TableImportError {
         /// The quantity.
         quantity: &'static str,
         /// Units of that quantity.
+        accepted: &'static str,
+    },
+    /// A column without a unit that its quantity has.
+    #[error("{at}: column `{column}`, taken as {role}, has no unit of it")]
+    #[diagnostic(
+        code(stiffbench::import::no_unit),
+        help("put the unit behind the name, for example `{column} [UNIT]`: known are {accepted}")
+    )]
+    NoUnit {
+        /// Line of the column names.
+        at: LinePlace,
+        /// The column.
+        column: String,
+        /// What it was taken for.
+        role: String,
+        /// Units of that.
         accepted: &'static str,
     },
     /// A row that lacks one of its values.

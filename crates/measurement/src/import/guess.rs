@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use indexmap::IndexMap;
+
 use super::columns::{ColumnRole, GuessedFrom};
-use super::error::TableImportError;
-use super::keywords::{plain, roles_of};
+use super::keywords::roles_of;
 use super::mapping::ImportMapping;
-use crate::table_files::{FileColumn, MachineTable, StampKind};
-use stiffbench_units_and_text::nearest::{listed_names, nearest};
+use super::runs::{CounterDoubt, counts_no_runs};
+use crate::table_files::keywords::{REPEAT, has, plain, words_of};
+use crate::table_files::{FileColumn, MachineTable, StampKind, TableFileError};
 
 /// Columns by what they hold, with where that comes from.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +17,10 @@ pub(super) struct FoundColumns {
     pub(super) places: BTreeMap<ColumnRole, (usize, GuessedFrom)>,
     /// Columns that could equally be a force or a displacement.
     pub(super) candidates: BTreeMap<ColumnRole, Vec<usize>>,
+    /// A column that could number the runs and does not, with why.
+    pub(super) counter: Option<(usize, CounterDoubt)>,
+    /// Columns of one name, of which nothing shows which is meant, and that are not needed.
+    pub(super) ambiguous: Vec<(ColumnRole, [usize; 2])>,
 }
 
 impl FoundColumns {
@@ -25,11 +31,104 @@ impl FoundColumns {
     pub(super) fn find(
         table: &MachineTable,
         mapping: &ImportMapping,
-    ) -> Result<Self, TableImportError> {
+    ) -> Result<Self, TableFileError> {
         let mut found = Self::default();
         found.take_stated(table, mapping)?;
         found.guess(table);
+        found.drop_counter(table);
+        found.drop_ambiguous(table);
         Ok(found)
+    }
+
+    /// Columns of displacements that are the repeats of one load column: those that are stated, or that are numbered as repeats.
+    ///
+    /// # Errors
+    /// For a column that is stated and not there.
+    pub(super) fn repeats_beside_each_other(
+        &self,
+        table: &MachineTable,
+        mapping: &ImportMapping,
+    ) -> Result<Vec<usize>, TableFileError> {
+        let role = ColumnRole::Displacement;
+        let further = &mapping.columns.repeats;
+        if let Some(first) = self.place(&role).filter(|_| !further.is_empty()) {
+            let further = further
+                .iter()
+                .map(|name| table.column(name, "displacement"));
+            return std::iter::once(Ok(first)).chain(further).collect();
+        }
+        let places = self.candidates.get(&role).map_or(&[][..], Vec::as_slice);
+        let unit = |place: &usize| &table.layout.columns[*place].unit;
+        let is_repeat = |place: &usize| {
+            let name = plain(table.name(*place));
+            unit(place) == unit(&places[0]) && words_of(&name).any(|word| has(REPEAT, word))
+        };
+        let has_loads = self.place(&ColumnRole::Force).is_some();
+        let are_repeats =
+            has_loads && places.iter().all(is_repeat) && self.place(&ColumnRole::Repeat).is_none();
+        Ok(if are_repeats {
+            places.to_vec()
+        } else {
+            Vec::new()
+        })
+    }
+
+    /// Takes no runs from a guessed column that counts something else.
+    fn drop_counter(&mut self, table: &MachineTable) {
+        let role = ColumnRole::Repeat;
+        let (Some((column, GuessedFrom::Name)), Some(force)) = (
+            self.places.get(&role).copied(),
+            self.place(&ColumnRole::Force),
+        ) else {
+            return;
+        };
+        let loads = table.numbers(force).unwrap_or_default();
+        let of_cell = [ColumnRole::Pose, ColumnRole::Direction].map(|role| self.place(&role));
+        let joints: Vec<usize> = self.joints().map(|(_, index)| index).collect();
+        let columns: Vec<usize> = of_cell.into_iter().flatten().chain(joints).collect();
+        let mut cells: IndexMap<Vec<&str>, IndexMap<&str, Vec<f64>>> = IndexMap::new();
+        let mut last = None;
+        for (row, load) in loads.into_iter().enumerate() {
+            let Some(load) = load else { continue };
+            let cell = columns
+                .iter()
+                .map(|index| table.text(row, *index))
+                .collect();
+            let (of_cell, cell) = {
+                let entry = cells.entry(cell);
+                (entry.index(), entry.or_default())
+            };
+            let text = table.text(row, column);
+            if cell.contains_key(text) && last != Some((of_cell, text)) {
+                // Repeats that come by turns are no counter.
+                return;
+            }
+            last = Some((of_cell, text));
+            cell.entry(text).or_default().push(load);
+        }
+        self.counter = cells.values().find_map(|cell| {
+            let stretches: Vec<&[f64]> = cell.values().map(Vec::as_slice).collect();
+            Some((column, counts_no_runs(&stretches)?))
+        });
+        if self.counter.is_some() {
+            self.places.remove(&role);
+        }
+    }
+
+    /// Takes nothing from guessed columns that are not needed and share their name with another.
+    fn drop_ambiguous(&mut self, table: &MachineTable) {
+        let columns = &table.layout.columns;
+        self.places.retain(|role, (index, from)| {
+            let is_needed = matches!(role, ColumnRole::Force | ColumnRole::Displacement);
+            let is_alike =
+                |other: &usize| other != index && columns[*other].name == columns[*index].name;
+            let other = (0..columns.len()).find(is_alike);
+            let Some(other) = other.filter(|_| !is_needed && *from != GuessedFrom::Stated) else {
+                return true;
+            };
+            self.ambiguous.push((role.clone(), [*index, other]));
+            false
+        });
     }
 
     pub(super) fn place(&self, role: &ColumnRole) -> Option<usize> {
@@ -59,16 +158,16 @@ impl FoundColumns {
         &mut self,
         table: &MachineTable,
         mapping: &ImportMapping,
-    ) -> Result<(), TableImportError> {
+    ) -> Result<(), TableFileError> {
         let joints = mapping.joints.keys().cloned().map(ColumnRole::Joint);
         for role in ColumnRole::NAMED.into_iter().chain(joints) {
             let Some(column) = mapping.stated_column(&role) else {
                 continue;
             };
-            let index = column_of(table, &role, &column)?;
+            let index = table.column(&column, &role.to_string())?;
             let taken = self.places.iter().find(|(_, (place, _))| *place == index);
             if let Some((first, _)) = taken {
-                return Err(TableImportError::SameColumn {
+                return Err(TableFileError::SameColumn {
                     file: table.source.clone(),
                     column,
                     first: first.to_string(),
@@ -92,6 +191,13 @@ impl FoundColumns {
         }
         for (role, mut columns) in guesses {
             columns.retain(|(_, index)| !self.is_taken(*index));
+            if role == ColumnRole::Time {
+                let best = columns
+                    .iter()
+                    .map(|(_, index)| progress(table, *index))
+                    .max();
+                columns.retain(|(_, index)| Some(progress(table, *index)) == best);
+            }
             let Some(most) = columns.iter().map(|(sure, _)| *sure).max() else {
                 continue;
             };
@@ -122,6 +228,18 @@ impl FoundColumns {
     }
 }
 
+/// How much a column of times tells: never back is more than sometimes, and anything more than the same in all rows.
+fn progress(table: &MachineTable, column: usize) -> u8 {
+    let times = if table.is_time_stamp(column) {
+        table.seconds(column)
+    } else {
+        table.numbers(column)
+    };
+    let times: Vec<f64> = times.unwrap_or_default().into_iter().flatten().collect();
+    let goes = |is: fn(&f64, &f64) -> bool| times.windows(2).any(|two| is(&two[1], &two[0]));
+    u8::from(goes(f64::gt)) * (1 + u8::from(!goes(f64::lt)))
+}
+
 /// Whether name or unit led to a role: without its unit, the same name is tried.
 fn from_of(role: &ColumnRole, column: &FileColumn) -> GuessedFrom {
     let bare = FileColumn {
@@ -134,61 +252,5 @@ fn from_of(role: &ColumnRole, column: &FileColumn) -> GuessedFrom {
         GuessedFrom::Name
     } else {
         GuessedFrom::Unit
-    }
-}
-
-/// The column of a name: as it stands in the file, without its unit, in other capitals; else a number from 1.
-pub(super) fn column_of(
-    table: &MachineTable,
-    role: &ColumnRole,
-    wanted: &str,
-) -> Result<usize, TableImportError> {
-    let columns = &table.layout.columns;
-    let wanted = wanted.trim();
-    let small = plain(wanted);
-    let mut found = table.called(wanted);
-    if found.is_empty() {
-        let is_alike =
-            |column: &FileColumn| plain(&column.name) == small || plain(&column.stem) == small;
-        found = (0..columns.len()).collect();
-        found.retain(|index| is_alike(&columns[*index]));
-    }
-    match found[..] {
-        [one] => return Ok(one),
-        [first, second, ..] => return Err(duplicate(table, role, wanted, first, second)),
-        [] => {}
-    }
-    let number = wanted.parse::<usize>().ok();
-    let index = number.and_then(|number| number.checked_sub(1));
-    if let Some(index) = index.filter(|index| *index < columns.len()) {
-        return Ok(index);
-    }
-    let advice = match nearest(wanted, table.names().filter(|name| !name.is_empty())) {
-        Some(near) => format!("is `{near}` meant? --map {role}={near}"),
-        None => format!("name one of these, or its number from 1: --map {role}=COLUMN"),
-    };
-    Err(TableImportError::UnknownColumn {
-        at: table.header(),
-        column: wanted.to_owned(),
-        role: role.to_string(),
-        found: listed_names(table.names()),
-        advice,
-    })
-}
-
-/// An error about two columns with one name, from places that count from 0.
-pub(super) fn duplicate(
-    table: &MachineTable,
-    role: &ColumnRole,
-    column: &str,
-    first: usize,
-    second: usize,
-) -> TableImportError {
-    TableImportError::DuplicateColumn {
-        at: table.header(),
-        column: column.to_owned(),
-        role: role.to_string(),
-        first: first + 1,
-        second: second + 1,
     }
 }

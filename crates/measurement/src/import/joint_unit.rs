@@ -24,6 +24,17 @@ pub(super) fn joint_unit(
     (table, mapping, found): (&MachineTable, &ImportMapping, &FoundColumns),
     index: usize,
 ) -> Option<JointValueUnit> {
+    let joints = found.joints().map(|(_, index)| index);
+    joint_unit_among(table, mapping, index, joints)
+}
+
+/// The same of one of several columns of joint values.
+pub(super) fn joint_unit_among(
+    table: &MachineTable,
+    mapping: &ImportMapping,
+    index: usize,
+    mut joints: impl Iterator<Item = usize>,
+) -> Option<JointValueUnit> {
     let column = &table.layout.columns[index];
     let of = |name: String, is_guessed| {
         let (unit, conversion) = JointUnit::of(&name)?;
@@ -50,12 +61,10 @@ pub(super) fn joint_unit(
     {
         return of(end.to_owned(), false);
     }
-    let large = found.joints().any(|(_, index)| {
+    let is_large = joints.any(|index| {
         let values = table.numbers(index).unwrap_or_default();
-        values
-            .iter()
-            .flatten()
-            .any(|value| value.abs() > LARGEST_RAD)
+        let mut values = values.into_iter().flatten();
+        values.any(|value| value.abs() > LARGEST_RAD)
     });
-    large.then(|| of("deg".to_owned(), true)).flatten()
+    is_large.then(|| of("deg".to_owned(), true)).flatten()
 }

@@ -1,30 +1,14 @@
-//! What a column may be, by the words of its name in English, German, French, Italian and Spanish.
+//! What a column may be, by the words of its name and by its unit.
 
 use stiffbench_units_and_text::quantity::Kind;
 
 use super::columns::ColumnRole;
 use crate::readings::Conversion;
+use crate::table_files::keywords::{
+    BRANCH, DIRECTION, DISPLACEMENT, DISPLACEMENT_LETTERS, FORCE, NOT_READ, POSE, REPEAT,
+    TEMPERATURE, TIME, has, plain, words_of,
+};
 use crate::table_files::{FileColumn, StampKind};
-
-const FORCE: &str = "force kraft fuerza forza load last charge carico carga effort prufkraft standardkraft normalkraft f";
-const DISPLACEMENT: &str = "displacement disp weg verschiebung deplacement spostamento desplazamiento deflection travel extension \
-     auslenkung durchbiegung traversenweg standardweg stroke crosshead deformation verformung fleche course corsa freccia flecha \
-     recorrido carrera messuhr dial comparateur comparatore comparador position posicion posizione";
-const DISPLACEMENT_LETTERS: &str = "x d s u w delta";
-const POSE: &str = "pose pos stellung haltung posture posa postura position posicion posizione configuration konfiguration punkt messpunkt point \
-     punto lage";
-const DIRECTION: &str =
-    "direction richtung direzione direccion dir axis achse axe asse eje sens verso";
-const REPEAT: &str = "repeat rep repetition wiederholung wdh ripetizione repeticion repetibilite run lauf trial series essai serie prova ensayo versuch durchgang durchlauf messreihe \
-     cycle zyklus ciclo messung mesure misura medida segment";
-const BRANCH: &str = "branch ast branche ramo rama";
-const TIME: &str =
-    "time zeit temps tempo tiempo timestamp zeitstempel uhrzeit heure ora hora date datum x_value";
-const TEMPERATURE: &str = "temperature temp temperatur temperatura";
-
-/// Words of columns that hold a plan, a limit or a rate rather than what was read.
-const NOT_READ: &str = "soll sollwert target setpoint nominal consigne objetivo max min maximum minimum peak sd std stdev error fehler rate speed \
-     geschwindigkeit vitesse velocita velocidad";
 
 /// A role with how sure it is, from 1.
 pub(super) type RoleGuess = (ColumnRole, u8);
@@ -34,20 +18,13 @@ pub(super) fn is_of(kind: Kind, unit: &str) -> bool {
     Conversion::from_unit(kind, unit).is_some()
 }
 
-fn has(words: &str, word: &str) -> bool {
-    words.split_whitespace().any(|known| known == word)
-}
-
 /// The roles a column may have.
 ///
 /// # Arguments
 /// - `stamp`: what its cells state of a time, if they are no numbers.
 pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<RoleGuess> {
     let plain = plain(&column.stem);
-    let words: Vec<&str> = plain
-        .split(|c: char| !c.is_alphanumeric())
-        .filter(|word| !word.is_empty())
-        .collect();
+    let words: Vec<&str> = words_of(&plain).collect();
     let sure = |list: &str| match words.as_slice() {
         [one] if has(list, one) => Some(3),
         _ if words.iter().any(|word| has(list, word)) => Some(2),
@@ -61,7 +38,14 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
     }
     let unit = column.unit.as_deref();
     let of_kind = |kind| unit.is_some_and(|unit| is_of(kind, unit));
+    if column.is_numeric && of_kind(Kind::Time) {
+        return vec![(ColumnRole::Time, sure(TIME).unwrap_or(1))];
+    }
     if !column.is_numeric {
+        // What tells joined files and sheets apart.
+        if matches!(column.name.as_str(), "file" | "sheet") {
+            return vec![(ColumnRole::Repeat, 1)];
+        }
         let named = [
             (ColumnRole::Pose, POSE),
             (ColumnRole::Direction, DIRECTION),
@@ -81,9 +65,13 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
         return vec![(ColumnRole::Force, 1 + sure(FORCE).unwrap_or(0))];
     }
     if is_read && of_kind(Kind::Displacement) {
+        // Gauges that go by a name come before those by their number alone.
+        let has_name = words
+            .iter()
+            .any(|word| !word.bytes().all(|b| b.is_ascii_digit()));
         return vec![(
             ColumnRole::Displacement,
-            1 + sure(DISPLACEMENT).unwrap_or(0),
+            u8::from(has_name) + sure(DISPLACEMENT).unwrap_or(0),
         )];
     }
     let has_known_unit = Kind::ALL.into_iter().any(of_kind);
@@ -97,15 +85,14 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
                 .filter(|_| is_read && !has_known_unit && sure(POSE).is_none())
                 .or(letter.then_some(1)),
         ),
-        (ColumnRole::Repeat, sure(REPEAT)),
-        (ColumnRole::Pose, sure(POSE)),
-        (
-            ColumnRole::Time,
-            sure(TIME).filter(|_| unit.is_none() || of_kind(Kind::Time)),
-        ),
-        (ColumnRole::Time, of_kind(Kind::Time).then_some(1)),
+        (ColumnRole::Repeat, sure(REPEAT).filter(|_| !has_known_unit)),
+        (ColumnRole::Pose, sure(POSE).filter(|_| !has_known_unit)),
+        (ColumnRole::Time, sure(TIME).filter(|_| unit.is_none())),
         (ColumnRole::Temperature, sure(TEMPERATURE)),
-        (ColumnRole::Direction, sure(DIRECTION)),
+        (
+            ColumnRole::Direction,
+            sure(DIRECTION).filter(|_| !has_known_unit),
+        ),
     ];
     let numeric = numeric.into_iter();
     numeric
@@ -136,23 +123,6 @@ pub(super) fn joint_name(plain: &str, stem: &str) -> Option<String> {
             format!("q{number}")
         }
     })
-}
-
-/// Small letters without accents.
-pub(super) fn plain(text: &str) -> String {
-    let letters = text.trim().chars().flat_map(char::to_lowercase);
-    letters
-        .map(|c| match c {
-            'ä' | 'á' | 'à' | 'â' | 'ã' => 'a',
-            'é' | 'è' | 'ê' | 'ë' => 'e',
-            'í' | 'ì' | 'î' | 'ï' => 'i',
-            'ö' | 'ó' | 'ò' | 'ô' | 'õ' => 'o',
-            'ü' | 'ú' | 'ù' | 'û' => 'u',
-            'ç' => 'c',
-            'ñ' => 'n',
-            other => other,
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::columns::{ColumnRole, ImportedQuantity};
 use super::error::TableImportError;
 use super::keywords::is_of;
+use super::vector_role::is_component;
 use crate::readings::DecimalSign;
-use crate::table_files::{FieldDelimiter, FileColumn, TableFileOptions, ThreeDigits};
+use crate::table_files::{FieldDelimiter, FileColumn, TableFileOptions, TextEncoding, ThreeDigits};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// The schema of mapping files.
@@ -31,6 +32,8 @@ pub struct ImportMapping {
     pub decimal: Option<MarkWord>,
     /// The mark between thousands.
     pub thousands: Option<MarkWord>,
+    /// How the text is encoded.
+    pub encoding: Option<TextEncoding>,
     /// The sheet of a spreadsheet.
     pub sheet: Option<String>,
     /// The columns.
@@ -39,6 +42,9 @@ pub struct ImportMapping {
     pub units: MappedUnits,
     /// Columns of joint values, by the variable of the robot.
     pub joints: IndexMap<String, String>,
+    /// Columns of components of vectors: `force_x`, `displacement_z`, ….
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub vectors: IndexMap<String, String>,
 }
 
 /// A mark in a number.
@@ -61,6 +67,9 @@ pub struct MappedColumns {
     pub force: Option<String>,
     /// The displacement.
     pub displacement: Option<String>,
+    /// The displacement of further repeats, where each has a column of its own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub repeats: Vec<String>,
     /// The pose.
     pub pose: Option<String>,
     /// The direction.
@@ -142,7 +151,7 @@ impl ImportMapping {
         toml::to_string(&stated).unwrap_or_default()
     }
 
-    /// States a column, as `force=Kraft` or `joint.q1=Achse 1`.
+    /// States a column, as `force=Kraft` or `joint.q1=Achse 1`; further columns of the displacement are repeats.
     ///
     /// # Errors
     /// [`TableImportError::UnknownRole`] for a name that is no role.
@@ -150,6 +159,14 @@ impl ImportMapping {
         let column = column.trim().to_owned();
         if let Some(variable) = role.strip_prefix("joint.") {
             self.joints.insert(variable.to_owned(), column);
+            return Ok(());
+        }
+        if is_component(role) {
+            self.vectors.insert(role.to_owned(), column);
+            return Ok(());
+        }
+        if role == "displacement" && self.columns.displacement.is_some() {
+            self.columns.repeats.push(column);
             return Ok(());
         }
         let entry = self.columns.entry(role);
@@ -178,6 +195,7 @@ impl ImportMapping {
         TableFileOptions {
             delimiter: self.delimiter,
             decimal,
+            encoding: self.encoding,
             sheet: self.sheet.clone(),
             three_digits: if mark_is_decimal {
                 ThreeDigits::Decimal

@@ -18,6 +18,8 @@ mod note;
 mod pairs;
 mod runs;
 mod values;
+mod vector_role;
+mod vectors;
 
 pub use build::ImportedReadings;
 pub use columns::{ColumnGuess, GuessedFrom, ImportedQuantity, MissingPart};
@@ -25,4 +27,5 @@ pub use draft::ImportDraft;
 pub use error::{MissingParts, TableImportError};
 pub use mapping::{ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord};
 pub use note::ImportNote;
-pub use runs::RunDoubt;
+pub use runs::{CounterDoubt, RunDoubt};
+pub use vectors::VectorText;

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::columns::ImportedQuantity;
-use super::runs::RunDoubt;
+use super::runs::{CounterDoubt, RunDoubt};
 use crate::readings::Assumption;
 use crate::table_files::FileLayout;
 use stiffbench_units_and_text::count::counted;
@@ -30,6 +30,36 @@ pub enum ImportNote {
         runs: usize,
         /// Share of the largest load below which a run may begin.
         share: f64,
+    },
+    /// A column that could number the runs does not.
+    #[error(
+        "column `{column}` does not number the runs: {why}. They were found in the path of the load; --map repeat={column} takes them from it"
+    )]
+    NoCounter {
+        /// The column.
+        column: String,
+        /// Why.
+        why: CounterDoubt,
+    },
+    /// Columns of one name that could be used.
+    #[error("columns {} and {} are both called `{column}` and are not used: --map {role}={} takes the first", .places[0], .places[1], .places[0])]
+    Ambiguous {
+        /// Their name.
+        column: String,
+        /// What they could be.
+        role: String,
+        /// Their numbers.
+        places: [usize; 2],
+    },
+    /// A column of displacements that is not used.
+    #[error(
+        "column `{column}` is in {unit} too and is not used: --map displacement={column} takes it instead"
+    )]
+    UnusedDisplacement {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
     },
     /// What tells runs apart is no number; they were numbered.
     #[error("the texts in column `{column}` became repeats 1, 2, … in order of appearance")]

@@ -20,13 +20,7 @@ const SMALLEST: f64 = 0.6;
 ///
 /// Of the loads near zero between two loadings the last of the smallest begins the next run; a single one is where the next run begins.
 pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
-    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
-    for size in loads.iter().map(|load| load.abs()) {
-        (smallest, largest) = (smallest.min(size), largest.max(size));
-    }
-    let is_apart = smallest > NEAR_ZERO * largest && smallest <= SMALLEST * largest;
-    let base = if is_apart { smallest } else { 0.0 };
-    let range = largest - base;
+    let (base, range) = base_and_range(loads.iter().copied());
     let mut starts = Vec::new();
     let mut was_loaded = false;
     // The smallest load since the last loading, and where the next run would begin.
@@ -54,6 +48,17 @@ pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
         run
     };
     (0..loads.len()).map(of).collect()
+}
+
+/// The size of the load from which runs begin, and how far it goes from there.
+fn base_and_range(loads: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+    for size in loads.map(f64::abs) {
+        (smallest, largest) = (smallest.min(size), largest.max(size));
+    }
+    let is_apart = smallest > NEAR_ZERO * largest && smallest <= SMALLEST * largest;
+    let base = if is_apart { smallest } else { 0.0 };
+    (base, largest - base)
 }
 
 /// Why runs that were found in the path of the load may be others.
@@ -98,6 +103,49 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
         .iter()
         .any(|run| largest_size(run) < ALIKE * largest);
     unequal.then_some(RunDoubt::UnequalLoads)
+}
+
+/// Why a column that could number runs does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum CounterDoubt {
+    /// Each reading has a number of its own.
+    #[error("each reading has its own")]
+    EachReading,
+    /// Numbers change under load, as those of half cycles and of blocks that a recorder saves.
+    #[error("it changes under load, where the readings go on")]
+    GoesOn,
+}
+
+/// Why numbers that change from one of these stretches of a cell to the next are none of runs.
+pub(super) fn counts_no_runs(stretches: &[&[f64]]) -> Option<CounterDoubt> {
+    /// Loads go on where the next is no further than this many of the largest steps between them.
+    const NEXT: f64 = 1.5;
+    let all = || stretches.iter().copied().flatten();
+    if stretches.len() < 2 || are_one_load(all().copied()) {
+        return None;
+    }
+    if stretches.iter().all(|stretch| stretch.len() == 1) {
+        return Some(CounterDoubt::EachReading);
+    }
+    if stretches
+        .iter()
+        .any(|stretch| turns_more_than_once(stretch))
+    {
+        return None;
+    }
+    let (base, range) = base_and_range(all().copied());
+    let within = stretches.iter().flat_map(|stretch| stretch.windows(2));
+    let step = within.fold(0.0_f64, |step, two| step.max((two[1] - two[0]).abs()));
+    let ends = stretches
+        .windows(2)
+        .filter_map(|two| Some([*two[0].last()?, *two[1].first()?]));
+    let ends: Vec<[f64; 2]> = ends.collect();
+    let go_on = ends
+        .iter()
+        .all(|[last, first]| (first - last).abs() <= NEXT * step);
+    let under_load = |end: &f64| end.abs() - base > NEAR_ZERO * range;
+    let is_loaded = ends.iter().any(|ends| ends.iter().all(under_load));
+    (go_on && is_loaded).then_some(CounterDoubt::GoesOn)
 }
 
 /// Whether the load of a run goes up and down more than once.
@@ -152,6 +200,30 @@ mod tests {
         assert_eq!(doubt(&down), Some(RunDoubt::Descending));
         let preload = [0.0, 25.0, 0.0, 20.0, 40.0, 0.0, 20.0, 40.0];
         assert_eq!(doubt(&preload), Some(RunDoubt::UnequalLoads));
+    }
+
+    #[test]
+    fn numbers_of_half_cycles_and_of_readings_are_none_of_runs() {
+        let (up, down) = ([0.0, 10.0, 20.0, 30.0], [30.0, 20.0, 10.0, 0.0]);
+        assert_eq!(
+            counts_no_runs(&[&up, &down, &up, &down]),
+            Some(CounterDoubt::GoesOn)
+        );
+        // Blocks of one sweep.
+        let blocks: [&[f64]; 3] = [&[0.0, 5.0, 10.0], &[15.0, 20.0, 18.0], &[14.0, 8.0, 1.0]];
+        assert_eq!(counts_no_runs(&blocks), Some(CounterDoubt::GoesOn));
+        let each: [&[f64]; 3] = [&[0.0], &[10.0], &[20.0]];
+        assert_eq!(counts_no_runs(&each), Some(CounterDoubt::EachReading));
+        // Whole cycles, sweeps up, and shuffled loads are runs.
+        let cycle = [0.0, 10.0, 20.0, 10.0, 0.0];
+        assert_eq!(counts_no_runs(&[&cycle, &cycle]), None);
+        assert_eq!(counts_no_runs(&[&up, &up]), None);
+        let from_preload = [10.0, 20.0, 30.0, 20.0, 10.0];
+        assert_eq!(counts_no_runs(&[&from_preload, &from_preload]), None);
+        let shuffled = [10.0, 30.0, 0.0, 20.0, 5.0];
+        assert_eq!(counts_no_runs(&[&shuffled, &shuffled]), None);
+        // Repeats at one load.
+        assert_eq!(counts_no_runs(&[&[50.0], &[50.01]]), None);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::columns::ColumnRole;
 use super::draft::ImportDraft;
 use super::error::TableImportError;
-use super::keywords::plain;
+use crate::table_files::keywords::plain;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// An error about a cell without a value.

@@ -77,12 +77,19 @@ fn meaning(name: &str) -> ColumnMeaning<'_> {
     ColumnMeaning::Unknown
 }
 
-/// Whether the header of a table has a column of a vector; a text that is no table has none.
+/// Whether a table has a column of a vector; a text that is no table has none.
 #[must_use]
 pub fn is_load_case_table(bytes: &[u8]) -> bool {
+    vector_columns(bytes) > 0
+}
+
+/// How many columns of components of vectors a table has under the names of load cases.
+pub(crate) fn vector_columns(bytes: &[u8]) -> usize {
     let names = RecordTable::names_of(bytes);
-    let mut names = names.iter();
-    names.any(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
+    let names = names.iter();
+    names
+        .filter(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
+        .count()
 }
 
 impl LoadCaseColumns {

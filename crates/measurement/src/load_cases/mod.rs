@@ -11,6 +11,7 @@ mod write;
 
 pub use crate::readings::{JointColumn, JointUnit};
 pub use columns::is_load_case_table;
+pub(crate) use columns::vector_columns;
 pub use error::LoadCaseError;
 pub use read::read_load_cases;
 pub use table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};

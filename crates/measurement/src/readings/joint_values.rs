@@ -22,7 +22,7 @@ pub enum JointUnit {
 
 impl JointUnit {
     /// The units of both.
-    const ACCEPTED: &str =
+    pub(crate) const ACCEPTED: &str =
         "urad, mrad, rad, deg, arcmin, arcsec; of a sliding joint um, mm, m, nm, cm, in, mil, uin";
 
     /// The unit it is written in.

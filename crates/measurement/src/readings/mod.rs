@@ -51,7 +51,7 @@ pub use session_file::{
 pub use since_zero::SinceZero;
 pub use table::{FieldRow, FileFields, ReadingTable, RunKey, RunNumbers, check_poses};
 pub use text_table::ReadOptions;
-pub use vector_table::{is_vector_table, read_vector_readings};
+pub use vector_table::{is_readings_header, is_vector_table, read_vector_readings};
 pub use write::{WrittenRows, write_readings, write_rows};
 
 // What reads any table of numbers, for readers of other tables.

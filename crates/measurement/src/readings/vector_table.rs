@@ -68,6 +68,14 @@ pub fn is_vector_table(bytes: &[u8]) -> bool {
     needed.all(|needed| names.iter().any(|name| name == needed))
 }
 
+/// Whether the first record of a text is that of readings of one gauge, or of a list of stiffness values.
+#[must_use]
+pub fn is_readings_header(bytes: &[u8]) -> bool {
+    let names = RecordTable::names_of(bytes);
+    let has = |wanted: &str| names.iter().any(|name| name == wanted);
+    has("direction") && (has("force_N") || has("stiffness_N_per_um"))
+}
+
 /// Reads a table with a row for each load, as [`super::write_rows`] writes it along the base axes.
 ///
 /// Each gauge has its reading: its displacement, and the amount of the load along its direction, that of the largest load of its pose and

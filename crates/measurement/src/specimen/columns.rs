@@ -5,8 +5,7 @@ use super::error::SpecimenError;
 use super::options::{ResponseVariable, SpecimenOptions};
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
-use crate::table_files::{MachineTable, StatedUnit};
-use stiffbench_units_and_text::nearest::{listed_names, nearest};
+use crate::table_files::{MachineTable, StatedUnit, TableFileError};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A column that is read.
@@ -47,6 +46,11 @@ impl ColumnQuantity {
             Self::Time => &[Kind::Time],
             Self::Temperature => &[Kind::Temperature],
         }
+    }
+
+    /// What `--map` calls it.
+    fn role(self) -> &'static str {
+        self.option().trim_end_matches("-unit")
     }
 
     /// The option that names its unit.
@@ -94,15 +98,25 @@ impl SpecimenColumns {
         table: &MachineTable,
         options: &'o SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
-        if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
-            let column = options.displacement_column.clone();
-            return Err(SpecimenError::SameColumn { column });
-        }
         let mut header = Header {
             table,
             used: vec![false; table.layout.columns.len()],
             assumptions: Vec::new(),
         };
+        let [of_force, of_displacement] =
+            [ColumnQuantity::Force, ColumnQuantity::Displacement].map(ColumnQuantity::role);
+        let force = options.force_column.as_deref();
+        let force = force.and_then(|name| table.column(name, of_force).ok());
+        let displacement = table.column(&options.displacement_column, of_displacement);
+        if let Some(force) = force.filter(|force| displacement.as_ref().ok() == Some(force)) {
+            return Err(TableFileError::SameColumn {
+                file: table.source.clone(),
+                column: table.name(force).to_owned(),
+                first: of_force.to_owned(),
+                second: of_displacement.to_owned(),
+            }
+            .into());
+        }
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
         let time_unit = options.time_unit.as_deref();
@@ -130,10 +144,10 @@ impl SpecimenColumns {
                 ColumnQuantity::Temperature,
                 options.temperature_unit.as_deref(),
             )?,
-            run: header.places(&options.run_column)?,
-            configuration: header.places(&options.configuration_column)?,
-            order: header.place_of(options.order_column.as_ref())?,
-            branch: header.place_of(options.branch_column.as_ref())?,
+            run: header.places(&options.run_column, "run")?,
+            configuration: header.places(&options.configuration_column, "configuration")?,
+            order: header.place_of(options.order_column.as_ref(), "order")?,
+            branch: header.place_of(options.branch_column.as_ref(), "branch")?,
             unused: header.unused(),
             assumptions: Vec::new(),
         };
@@ -156,53 +170,30 @@ struct Header<'a> {
 impl Header<'_> {
     /// Whether there is a column of this name, with or without its unit.
     fn has(&self, wanted: &str) -> bool {
-        !self.table.called(wanted.trim()).is_empty()
+        self.table.column(wanted, "").is_ok()
     }
 
-    /// The column of a name as it stands in the file, or of one without its unit.
-    fn place(&mut self, wanted: &str) -> Result<ColumnPosition, SpecimenError> {
-        let wanted = wanted.trim();
-        match self.table.called(wanted)[..] {
-            [index] => {
-                self.used[index] = true;
-                let name = self.table.name(index).to_owned();
-                Ok(ColumnPosition { index, name })
-            }
-            [] => Err(self.missing(wanted)),
-            [first, second, ..] => Err(SpecimenError::DuplicateColumn {
-                at: self.table.header(),
-                column: wanted.to_owned(),
-                first: first + 1,
-                second: second + 1,
-            }),
-        }
-    }
-
-    fn missing(&self, wanted: &str) -> SpecimenError {
-        let known = self.table.names().filter(|name| !name.is_empty());
-        let advice = match nearest(wanted, known) {
-            Some(near) => format!("is `{near}` meant?"),
-            None => {
-                "columns are named as in the first line of the table, capitals included".to_owned()
-            }
-        };
-        SpecimenError::MissingColumn {
-            at: self.table.header(),
-            column: wanted.to_owned(),
-            found: listed_names(self.table.names()),
-            advice,
-        }
+    fn place(&mut self, wanted: &str, role: &str) -> Result<ColumnPosition, SpecimenError> {
+        let index = self.table.column(wanted, role)?;
+        self.used[index] = true;
+        let name = self.table.name(index).to_owned();
+        Ok(ColumnPosition { index, name })
     }
 
     fn place_of(
         &mut self,
         wanted: Option<&String>,
+        role: &str,
     ) -> Result<Option<ColumnPosition>, SpecimenError> {
-        wanted.map(|name| self.place(name)).transpose()
+        wanted.map(|name| self.place(name, role)).transpose()
     }
 
-    fn places(&mut self, wanted: &[String]) -> Result<Vec<ColumnPosition>, SpecimenError> {
-        wanted.iter().map(|name| self.place(name)).collect()
+    fn places(
+        &mut self,
+        wanted: &[String],
+        role: &str,
+    ) -> Result<Vec<ColumnPosition>, SpecimenError> {
+        wanted.iter().map(|name| self.place(name, role)).collect()
     }
 
     fn optional(
@@ -223,7 +214,7 @@ impl Header<'_> {
         unit: Option<&str>,
     ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         let Some(name) = wanted else { return Ok(None) };
-        let place = self.place(name)?;
+        let place = self.place(name, ColumnQuantity::Time.role())?;
         if !self.table.is_time_stamp(place.index) {
             return self.optional(wanted, ColumnQuantity::Time, unit);
         }
@@ -245,7 +236,7 @@ impl Header<'_> {
         quantity: ColumnQuantity,
         unit: Option<&str>,
     ) -> Result<MeasuredColumn, SpecimenError> {
-        let place = self.place(wanted)?;
+        let place = self.place(wanted, quantity.role())?;
         let (conversion, unit) = match unit.map(str::trim) {
             Some("1")
                 if matches!(

@@ -28,46 +28,6 @@ pub enum SpecimenError {
         /// Rows that were left out.
         incomplete: usize,
     },
-    /// A named column is not in the header.
-    #[error("{at}: no column `{column}` among {found}")]
-    #[diagnostic(code(stiffbench::specimen::missing_column))]
-    MissingColumn {
-        /// Line of the header.
-        at: LinePlace,
-        /// The name that was given.
-        column: String,
-        /// The names found, each in backquotes.
-        found: String,
-        /// What to do, with the nearest name if there is one.
-        #[help]
-        advice: String,
-    },
-    /// A named column occurs twice.
-    #[error("{at}: two columns are called `{column}`, the {first}. and the {second}.")]
-    #[diagnostic(
-        code(stiffbench::specimen::duplicate_column),
-        help("give one of them another name in the file")
-    )]
-    DuplicateColumn {
-        /// Line of the header.
-        at: LinePlace,
-        /// The name.
-        column: String,
-        /// Place of the first, from 1.
-        first: usize,
-        /// Place of the second, from 1.
-        second: usize,
-    },
-    /// Force and displacement are the same column.
-    #[error("`{column}` is named as force and as displacement")]
-    #[diagnostic(
-        code(stiffbench::specimen::same_column),
-        help("--force-column and --displacement-column must be two columns of the file")
-    )]
-    SameColumn {
-        /// The column.
-        column: String,
-    },
     /// Nothing states what unit a column is in.
     #[error("{at}: column `{column}` has no unit, expected one of {accepted}")]
     #[diagnostic(

@@ -157,8 +157,9 @@ pub enum Flag {
     },
     /// The repeats refute the straight line whose slope the stiffness is.
     #[error(
-        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.1}, p < 0.01). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
-        half(&.halves[0]), half(&.halves[1]), .dof[0], .dof[1]
+        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the {}, F({:.0}, {:.0}) = {f:.1}, p < 0.01; the largest departure is {:.1} µm, {:.1} % of the range). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+        half(&.halves[0]), half(&.halves[1]), if *.by_repeats { "repeats" } else { "scatter of neighbours" }, .dof[0], .dof[1],
+        1e6 * .departure_m, 100.0 * .departure_share
     )]
     NotStraight {
         /// Lack of fit: F of the step means about the line against step times run.
@@ -167,6 +168,12 @@ pub enum Flag {
         dof: [f64; 2],
         /// Two halves of the loads: their ends, N, and the stiffness there, N/m.
         halves: [([f64; 2], f64); 2],
+        /// Whether repeats tell the scatter; else neighbours in a run of many readings do.
+        by_repeats: bool,
+        /// The largest distance of a load's mean from the line, m.
+        departure_m: f64,
+        /// Its share of the range of displacements.
+        departure_share: f64,
     },
     /// Fewer than three loads: curvature, dead zone and offset cannot be distinguished from the slope.
     #[error("{} under force (limit 3): an offset or curvature cannot be distinguished from the slope", counted(.n, "load"))]
@@ -326,6 +333,9 @@ mod tests {
                 f: 1e4,
                 dof: [11.0, 44.0],
                 halves: [([10.0, 40.0], 4e4), ([40.0, 70.0], 5e4)],
+                by_repeats: true,
+                departure_m: 2e-5,
+                departure_share: 0.02,
             },
             Flag::TooFewLoads { n: 1 },
         ];

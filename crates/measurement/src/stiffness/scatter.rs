@@ -211,16 +211,20 @@ impl CellScatter {
                 })
             }));
         }
-        let (deviations, n_loads, squares_m2) = from_load_means(&residuals, curve.loads.len());
+        let (mut deviations, n_loads, squares_m2) = from_load_means(&residuals, curve.loads.len());
         let unknowns = if by_run {
             (2 * lines.iter().flatten().count() + n_loads).saturating_sub(2)
         } else {
             n_loads
         };
+        let mut dof = residuals.len().saturating_sub(unknowns) as f64;
+        if curve.runs.len() == 1 && go_on(&residuals, &deviations) {
+            (deviations, dof) = (Vec::new(), 0.0);
+        }
         Self {
             compliance_m_per_n: fit.slope_m_per_n.abs(),
             sum_of_squares_m2: deviations.iter().map(|d| d.distance_m.powi(2)).sum(),
-            dof: residuals.len().saturating_sub(unknowns) as f64,
+            dof,
             lack_of_fit: match n_loads.checked_sub(2) {
                 Some(dof) if by_run => (squares_m2, dof as f64),
                 _ => (0.0, 0.0),
@@ -228,6 +232,22 @@ impl CellScatter {
             deviations,
         }
     }
+}
+
+/// Whether readings of one run at one load move on from one to the next, as on a plateau or in creep, and so repeat nothing.
+///
+/// Of repeats the squares of the differences between successive readings are twice those of the deviations (von Neumann's ratio), within
+/// its standard deviation of about one over the root of the number of differences; the limit is that of 1 %.
+fn go_on(residuals: &[Residual], deviations: &[Deviation]) -> bool {
+    const LIMIT: f64 = 2.33;
+    let pairs = residuals
+        .windows(2)
+        .filter(|two| two[0].load == two[1].load);
+    let (differences, pairs) = pairs.fold((0.0, 0.0), |(sum, n), two| {
+        (sum + (two[1].value_m - two[0].value_m).powi(2), n + 1.0)
+    });
+    let squares: f64 = deviations.iter().map(|one| one.distance_m.powi(2)).sum();
+    differences / (2.0 * squares) < 1.0 - LIMIT / f64::sqrt(pairs)
 }
 
 /// A reading without the line of its run.

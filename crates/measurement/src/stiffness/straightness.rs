@@ -11,15 +11,62 @@ use stiffbench_numeric::statistics::f_upper_tail;
 /// Repeats refute a line that they would miss as far with less than this chance.
 const LEVEL: f64 = 0.01;
 
+/// Fewest readings of a run whose neighbours tell its scatter.
+const MANY: usize = 18;
+
+/// Without repeats a bend below this share of K is not worth a flag: nothing but noise is known of such a run.
+const VISIBLE: f64 = 0.05;
+
+/// Lack of fit of a line: its F, and the degrees of freedom of both variances.
+struct LackOfFit {
+    f: f64,
+    dof: [f64; 2],
+    by_repeats: bool,
+}
+
 impl CellWork {
     /// Flags a cell whose step means are off the line by more than its repeats explain, and whose halves differ by more than U.
     ///
     /// F of the step means against step times run, zero and slope of each run taken out and loads corrected to their mean, with (n - 2) and
-    /// (n - 2)(r - 1) degrees of freedom. A display rounds all repeats of a load alike, so its steps count once for each repeat.
+    /// (n - 2)(r - 1) degrees of freedom. A display rounds all repeats of a load alike, so its steps count once for each repeat. Without
+    /// repeats the second differences of a run of many readings stand in for them.
     ///
     /// # Arguments
-    /// - `expanded_n_per_m`: U of the stiffness.
-    pub(super) fn not_straight(&self, gauges: &GaugePair, expanded_n_per_m: f64) -> Option<Flag> {
+    /// - `expanded_n_per_m`: U of the stiffness; `None` without repeats.
+    pub(super) fn not_straight(
+        &self,
+        gauges: &GaugePair,
+        expanded_n_per_m: Option<f64>,
+    ) -> Option<Flag> {
+        let lack = self
+            .lack_by_repeats(gauges)
+            .or_else(|| self.lack_by_neighbours(gauges))?;
+        let LackOfFit { f, dof, by_repeats } = lack;
+        // Displacements that are too large to be squared tell nothing.
+        f_upper_tail(f, dof[0], dof[1]).filter(|p| (f * dof[0]).is_finite() && *p < LEVEL)?;
+        let apart = |halves: &[([f64; 2], f64); 2]| (halves[0].1 - halves[1].1).abs();
+        // Loads of both signs may bend at zero, or alike on either side of it.
+        let halves = [|target_n| target_n, f64::abs].map(|order| halves(&self.curve, order));
+        let halves = halves.into_iter().flatten();
+        let halves = halves.max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+        let slope = self.line.as_ref().ok()?.slope_m_per_n;
+        let least = if by_repeats {
+            expanded_n_per_m.unwrap_or_default()
+        } else {
+            VISIBLE / slope.abs()
+        };
+        let [departure_m, range_m] = self.departure_and_range();
+        (apart(&halves) > least).then_some(Flag::NotStraight {
+            f,
+            dof,
+            halves,
+            by_repeats,
+            departure_m,
+            departure_share: departure_m / range_m,
+        })
+    }
+
+    fn lack_by_repeats(&self, gauges: &GaugePair) -> Option<LackOfFit> {
         let scatter = self.scatter.as_ref()?;
         let (squares_m2, dof) = scatter.lack_of_fit;
         let steps_m2 = step_variance_m2(gauges, scatter.compliance_m_per_n);
@@ -27,19 +74,63 @@ impl CellWork {
         let variance_m2 = scatter.sum_of_squares_m2 / scatter.dof
             + steps_m2 * self.curve.runs.len() as f64
             + rounding_m * rounding_m;
-        // Displacements that are too large to be squared tell nothing.
-        let f = Some(squares_m2 / dof / variance_m2).filter(|f| (f * dof).is_finite())?;
-        f_upper_tail(f, dof, scatter.dof).filter(|p| *p < LEVEL)?;
-        let apart = |halves: &[([f64; 2], f64); 2]| (halves[0].1 - halves[1].1).abs();
-        // Loads of both signs may bend at zero, or alike on either side of it.
-        let halves = [|target_n| target_n, f64::abs].map(|order| halves(&self.curve, order));
-        let halves = halves.into_iter().flatten();
-        let halves = halves.max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
-        (apart(&halves) > expanded_n_per_m).then_some(Flag::NotStraight {
-            f,
+        (dof > 0.0 && scatter.dof > 0.0).then(|| LackOfFit {
+            f: squares_m2 / dof / variance_m2,
             dof: [dof, scatter.dof],
-            halves,
+            by_repeats: true,
         })
+    }
+
+    /// Second differences of the residuals of n readings have (n - 2) 18/35 degrees of freedom: their correlations are -2/3 and 1/6.
+    fn lack_by_neighbours(&self, gauges: &GaugePair) -> Option<LackOfFit> {
+        let [run] = &self.curve.runs[..] else {
+            return None;
+        };
+        if run.points.len() < MANY {
+            return None;
+        }
+        let line = StraightLine::through(run.points.iter())?;
+        let off: Vec<f64> = run
+            .points
+            .iter()
+            .map(|point| line.residual_m(point))
+            .collect();
+        let dof = off.len() as f64 - 2.0;
+        let squares: f64 = off.iter().map(|off| off * off).sum();
+        let seconds = off.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2));
+        let rounding_m = ROUNDING * self.curve.largest_displacement_m();
+        let variance_m2 = seconds.sum::<f64>() / 6.0 / dof
+            + step_variance_m2(gauges, line.slope_m_per_n.abs())
+            + rounding_m * rounding_m;
+        Some(LackOfFit {
+            f: squares / dof / variance_m2,
+            dof: [dof, dof * 18.0 / 35.0],
+            by_repeats: false,
+        })
+    }
+
+    /// The largest distance of the mean of a load from the lines of the runs, and the range of displacements, m.
+    fn departure_and_range(&self) -> [f64; 2] {
+        let mut sums = vec![(0.0, 0_usize); self.curve.loads.len()];
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for run in &self.curve.runs {
+            let Some(line) = StraightLine::through(run.points.iter()) else {
+                continue;
+            };
+            for point in &run.points {
+                let sum = &mut sums[point.load];
+                *sum = (sum.0 + line.residual_m(point), sum.1 + 1);
+                (low, high) = (
+                    low.min(point.displacement_m),
+                    high.max(point.displacement_m),
+                );
+            }
+        }
+        let means = sums.iter().filter(|(_, n)| *n > 0);
+        let largest = means.fold(0.0_f64, |largest, (sum, n)| {
+            largest.max((sum / *n as f64).abs())
+        });
+        [largest, high - low]
     }
 }
 

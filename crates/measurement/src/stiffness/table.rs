@@ -236,7 +236,7 @@ fn finish(
         .and_then(|line| regression_stiffness(&work.curve, line, elsewhere))
         .map(|bare| combine(&bare, &inputs));
     if let Ok(found) = &regression {
-        let expanded_n_per_m = found.estimate.expanded_95().unwrap_or_default();
+        let expanded_n_per_m = found.estimate.expanded_95();
         work.flags
             .extend(work.not_straight(gauges, expanded_n_per_m));
     }

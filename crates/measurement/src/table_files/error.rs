@@ -72,7 +72,9 @@ pub enum TableFileError {
     #[error("{at}: not text")]
     #[diagnostic(
         code(stiffbench::table::not_text),
-        help("export the measured values as text (UTF-8, UTF-16 or windows-1252), CSV or XLSX")
+        help(
+            "export the measured values as text, CSV or XLSX; state the encoding of a text with --encoding"
+        )
     )]
     NotText {
         /// The line.
@@ -121,6 +123,74 @@ pub enum TableFileError {
         at: LinePlace,
         /// The row.
         row: String,
+    },
+    /// A column that is named and is not there.
+    #[error("{at}: no column `{column}` for the {role}; the columns are {found}")]
+    #[diagnostic(code(stiffbench::table::unknown_column))]
+    UnknownColumn {
+        /// Line of the column names.
+        at: LinePlace,
+        /// The column.
+        column: String,
+        /// What it should be.
+        role: String,
+        /// The columns, each in backquotes.
+        found: String,
+        /// What could be meant.
+        #[help]
+        advice: String,
+    },
+    /// Two columns with one name, of which one is needed.
+    #[error("{at}: columns {first} and {second} are both called `{column}`")]
+    #[diagnostic(
+        code(stiffbench::table::duplicate_column),
+        help("name the intended column by its number: --map {role}={first}")
+    )]
+    DuplicateColumn {
+        /// Line of the column names.
+        at: LinePlace,
+        /// The name.
+        column: String,
+        /// What it should be.
+        role: String,
+        /// Number of the first, from 1.
+        first: usize,
+        /// Number of the second.
+        second: usize,
+    },
+    /// One column for two things.
+    #[error("{file}: column `{column}` is named for the {first} and for the {second}")]
+    #[diagnostic(
+        code(stiffbench::table::same_column),
+        help("name another column with --map {second}=COLUMN")
+    )]
+    SameColumn {
+        /// The file.
+        file: String,
+        /// The column.
+        column: String,
+        /// What it should be.
+        first: String,
+        /// What it should be too.
+        second: String,
+    },
+    /// Files that are to be read as one table have other columns.
+    #[error("{at}: the columns are {found}, and those of {first} {expected}")]
+    #[diagnostic(
+        code(stiffbench::table::other_columns),
+        help(
+            "several files are the repeats of one table: read files with other columns by themselves"
+        )
+    )]
+    OtherColumns {
+        /// Line of the column names.
+        at: LinePlace,
+        /// Its columns, each in backquotes.
+        found: String,
+        /// The first file.
+        first: String,
+        /// The columns of that.
+        expected: String,
     },
     /// A cell that should hold a number.
     #[error("{cell}: `{}`, expected a number", .cell.value)]
@@ -228,8 +298,8 @@ pub enum TableFileError {
         /// The sheets, each in backquotes.
         found: String,
     },
-    /// Several sheets hold numbers.
-    #[error("{file}: several sheets hold rows of numbers: {found}")]
+    /// Several sheets hold numbers, in other columns.
+    #[error("{file}: several sheets hold rows of numbers in other columns: {found}")]
     #[diagnostic(
         code(stiffbench::table::several_sheets),
         help("name one of these with --sheet")

@@ -1,6 +1,7 @@
 //! Finds the table in a file: its names, its units, its rows, and what is none of these.
 
 use super::cell::{CellKind, kind};
+use super::keywords::{has, plain, words_of};
 use super::labview;
 use super::names::{is_unit, is_unit_cell, name_and_unit};
 use super::records::TextRecord;
@@ -64,10 +65,17 @@ fn header_of(records: &[TextRecord], wanted: &[String]) -> Option<(usize, bool)>
         return None;
     }
     let has_all = |fields: &csv::StringRecord| {
-        wanted.iter().all(|name| {
+        let named = |name: &String| {
             let is = |field: &str| field == name || name_and_unit(field).0 == name;
             fields.iter().any(is)
-        })
+        };
+        // Columns may be called by their numbers, which any row may hold.
+        let number = |name: &String| name.parse::<usize>().ok();
+        let numbered = |name| number(name).is_some_and(|at| (1..=fields.len()).contains(&at));
+        wanted
+            .iter()
+            .any(|name| number(name).is_none() && named(name))
+            && wanted.iter().all(|name| named(name) || numbered(name))
     };
     records
         .iter()
@@ -117,6 +125,18 @@ fn numeric(record: &TextRecord) -> usize {
         .count()
 }
 
+/// Whether the cells are names: words, or numbers of channels among words that stand above numbers.
+fn are_names(record: &TextRecord, row: &TextRecord) -> bool {
+    let cells = || record.fields.iter().zip(&row.fields);
+    let of = |cell: &str, wanted| kind(cell) == wanted;
+    let words = cells().filter(|(name, _)| of(name, CellKind::Words));
+    let above = words
+        .filter(|(_, cell)| of(cell, CellKind::Numeric))
+        .count();
+    let numbers = numeric(record);
+    numbers == 0 || above > numbers
+}
+
 /// Whether the cells are units, at least one of them a known one or in brackets.
 fn is_units_row(record: &TextRecord) -> bool {
     let cells = || record.fields.iter().filter(|cell| !cell.is_empty());
@@ -147,7 +167,7 @@ pub(super) fn find(records: &[TextRecord], wanted: &[String]) -> Option<TablePar
             let record = &records[*index];
             let wide = record.wide.as_ref().is_some_and(|wide| wide.len() == width);
             (wide || record.len() >= width && record.fields.len() >= records[first].len())
-                && numeric(record) == 0
+                && are_names(record, &records[first])
         };
         // The same names may stand above several segments; the table begins with the first.
         let header = above.filter(fits).and_then(|header| {
@@ -211,30 +231,24 @@ fn rows(records: &[TextRecord], mut parts: TableParts, first: usize) -> TablePar
             .filter(|index| !records[*index].is_comment && !records[*index].is_blank())
             .collect();
         let is_last = end == records.len();
-        let kept = if is_last {
-            // Below the last segment: lines without any number, or short of the table with words among them.
-            let kept = of_segment
-                .iter()
-                .rposition(|index| !is_footer(&records[*index], width))
-                .map_or(0, |last| last + 1);
-            // The row at which a file was cut off is no footer.
-            let last_two = kept.checked_sub(1).zip(of_segment.get(kept));
-            let is_cut = last_two.is_some_and(|(last, next)| {
-                is_cut_row(&records[of_segment[last]], &records[*next])
-            });
-            kept + usize::from(is_cut)
+        let cut = if is_last {
+            let table = of_segment.first().map(|first| &records[*first]);
+            table.map_or(0, |table| end_of_table(records, &of_segment, table, width))
         } else {
             let rest = &of_segment[..];
             rest.iter()
                 .position(|index| is_preamble(&records[*index], width))
                 .unwrap_or(rest.len())
         };
-        parts.rows.extend(
-            of_segment[..kept]
-                .iter()
-                .map(|index| (*index, number as u32 + 1)),
-        );
-        passed.extend(of_segment[kept..].iter().copied());
+        let (within, behind) = of_segment.split_at(cut);
+        let counts = kinds_of_columns(records, within);
+        let (left, kept): (Vec<usize>, Vec<usize>) = within
+            .iter()
+            .partition(|index| is_of_statistics(&records[**index], &counts));
+        let numbered = kept.into_iter().map(|index| (index, number as u32 + 1));
+        parts.rows.extend(numbered);
+        passed.extend(left);
+        passed.extend_from_slice(behind);
         if !is_last {
             passed.push(end);
             begin = end + 1;
@@ -251,6 +265,73 @@ fn rows(records: &[TextRecord], mut parts: TableParts, first: usize) -> TablePar
     parts.segments = starts.len() as u32 + 1;
     parts.others = passed;
     parts
+}
+
+/// Number of records of the last segment up to what stands below it: words, and another table behind words.
+fn end_of_table(
+    records: &[TextRecord],
+    of_segment: &[usize],
+    row: &TextRecord,
+    width: usize,
+) -> usize {
+    let record = |place: usize| &records[of_segment[place]];
+    let places = 0..of_segment.len();
+    let is_words = |place: &usize| is_footer(record(*place), width);
+    // Title, names or units of other columns between rows begin another table, and so do words before rows of another length.
+    let begins_another = |place: &usize| {
+        let next = (*place..of_segment.len()).find(|next| !is_words(next));
+        let Some(next) = next.filter(|next| next > place && numeric(record(*next)) > 0) else {
+            return false;
+        };
+        let has_names = (*place..next).any(|words| {
+            let words = record(words);
+            words.len() > 1 && numeric(words) == 0
+        });
+        record(next).len() != row.len() || next - place > 1 && has_names
+    };
+    if let Some(other) = places.clone().skip(1).find(begins_another) {
+        return other;
+    }
+    // Below: lines without any number, or short of the table with words among them.
+    let kept = places.rev().find(|place| !is_words(place));
+    let kept = kept.map_or(0, |last| last + 1);
+    // The row at which a file was cut off is no footer.
+    let is_cut = kept > 0 && kept < of_segment.len() && is_cut_row(record(kept - 1), record(kept));
+    kept + usize::from(is_cut)
+}
+
+/// Whether a record has a word of statistics, `Max` or `Mean`, in a column of numbers, and numbers beside it.
+fn is_of_statistics(record: &TextRecord, counts: &[[usize; 2]]) -> bool {
+    const STATISTICS: &str = "max min maximum minimum ave avg average mean sd std stdev median range cv sum total mittel mittelwert standardabweichung \
+         summe maksimum moyenne ecart somme media mediana promedio desviacion desvio scarto srednia odchylenie prumer ortalama \
+         среднее макс мин 最大 最小 平均 標準偏差 标准差";
+    let word = record
+        .fields
+        .iter()
+        .position(|cell| kind(cell) == CellKind::Words);
+    let Some(place) = word.filter(|_| numeric(record) > 0) else {
+        return false;
+    };
+    words_of(&plain(&record.fields[place])).any(|word| has(STATISTICS, word))
+        && counts
+            .get(place)
+            .is_some_and(|[numbers, words]| numbers > words)
+}
+
+/// How many cells of each column are numbers or times, and how many are words.
+pub(super) fn kinds_of_columns(records: &[TextRecord], rows: &[usize]) -> Vec<[usize; 2]> {
+    let mut counts: Vec<[usize; 2]> = Vec::new();
+    for record in rows.iter().map(|row| &records[*row]) {
+        counts.resize(counts.len().max(record.fields.len()), [0; 2]);
+        for (count, cell) in counts.iter_mut().zip(&record.fields) {
+            match kind(cell) {
+                CellKind::Numeric => count[0] += 1,
+                CellKind::Words => count[1] += 1,
+                CellKind::Absent => {}
+            }
+        }
+    }
+    counts
 }
 
 /// Words alone, or words in a line that is shorter or longer than a row.
@@ -320,6 +401,45 @@ mod tests {
         assert_eq!(parts(text, &[]).unwrap().rows.len(), 3);
         let text = "F,d,n\n1,2,1\n2,4,1\nmaximum,2\n";
         assert_eq!(parts(text, &[]).unwrap().rows.len(), 2);
+    }
+
+    #[test]
+    fn names_may_be_numbers_among_words() {
+        let found = parts("time,load,1281068\ns,kN,mm\n0,1,2\n1,2,3\n", &[]).unwrap();
+        assert_eq!((found.header, found.units), (Some(0), Some(1)));
+        assert_eq!(parts("P1,1,2\nP1,2,4\n", &[]).unwrap().header, None);
+    }
+
+    #[test]
+    fn columns_by_number_do_not_make_a_row_the_header() {
+        let found = parts("t,F,d\n0,1,2\n1,2,3\n", &["2", "3"]).unwrap();
+        assert_eq!((found.header, found.rows.len()), (Some(0), 2));
+        let found = parts("t,F,d\n0,1,2\n1,2,3\n", &["F", "3"]).unwrap();
+        assert_eq!(found.header, Some(0));
+    }
+
+    #[test]
+    fn another_table_and_statistics_below_are_no_rows() {
+        let text = "t,F,d\n0,1,2\n1,2,3\n2,3,4\nPeaks,,,\nF,d,a,b\n1,2,3,4\n5,6,7,8\n";
+        let found = parts(text, &[]).unwrap();
+        assert_eq!((found.rows.len(), found.others), (3, vec![4, 5, 6, 7]));
+        let text = "t,F,d\n0,1,2\n1,2,3\nPeaks,,,2 s\nFmax,dmax,\nN,mm,mm\n1,2,3\n";
+        assert_eq!(parts(text, &[]).unwrap().rows.len(), 2);
+        let text = "n,F,d\n1,1,2\n2,2,3\n3,2,3\nMax,2,3\nAve,1.5,2.5\n";
+        let found = parts(text, &[]).unwrap();
+        assert_eq!((found.rows.len(), found.others), (3, vec![4, 5]));
+        // A word that is none of statistics is a wrong value, and names of specimens are no statistics.
+        assert_eq!(
+            parts("n,F,d\n1,1,2\n2,2,3\nbad,2,3\n", &[])
+                .unwrap()
+                .rows
+                .len(),
+            3
+        );
+        assert_eq!(
+            parts("n,F,d\nmax,1,2\nmin,2,3\n", &[]).unwrap().rows.len(),
+            2
+        );
     }
 
     #[test]

@@ -55,9 +55,24 @@ pub enum TextEncoding {
     /// UTF-16, with a byte order mark or without.
     #[serde(rename = "UTF-16")]
     Utf16,
-    /// The code page of Windows for western Europe, taken where the text is not UTF-8.
+    /// The code page of Windows for western Europe.
     #[serde(rename = "windows-1252")]
     Windows1252,
+    /// The code page of Windows for central Europe.
+    #[serde(rename = "windows-1250")]
+    Windows1250,
+    /// The code page of Windows for Cyrillic.
+    #[serde(rename = "windows-1251")]
+    Windows1251,
+    /// The code page of Windows for Turkish.
+    #[serde(rename = "windows-1254")]
+    Windows1254,
+    /// Chinese.
+    #[serde(rename = "GB18030")]
+    Gb18030,
+    /// Japanese.
+    #[serde(rename = "Shift-JIS")]
+    ShiftJis,
     /// A spreadsheet.
     #[serde(rename = "spreadsheet")]
     Spreadsheet,

@@ -4,7 +4,7 @@ use super::cell::{DecimalHint, NumberMarks};
 use super::columns::FileColumn;
 use super::error::{LinePlace, TableFileError};
 use super::find::TableParts;
-use super::read::{TableFileOptions, ThreeDigits};
+use super::options::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
 use crate::readings::{DecimalSign, FileCell};
 

@@ -9,10 +9,13 @@ mod columns;
 mod decode;
 mod error;
 mod find;
+mod joined;
+pub(crate) mod keywords;
 mod labview;
 mod layout;
 mod marks;
 mod names;
+mod options;
 mod read;
 mod records;
 mod sheet;
@@ -21,9 +24,13 @@ mod table;
 mod times;
 mod unit_cells;
 
+/// Columns that tell apart what is read as one table: its segments, files or sheets, and columns that stand below each other.
+pub(crate) const OWN_COLUMNS: [&str; 4] = ["segment", "file", "sheet", "series"];
+
 pub use columns::{FileColumn, StatedUnit};
 pub use error::{LinePlace, TableFileError};
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
-pub use read::{TableFileOptions, ThreeDigits, read_table_file};
+pub use options::{TableFileOptions, ThreeDigits};
+pub use read::{read_table_file, read_table_files};
 pub use table::{FileRow, MachineTable};
 pub use times::StampKind;

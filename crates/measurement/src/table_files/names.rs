@@ -41,6 +41,19 @@ pub(super) fn name_and_unit(header: &str) -> (&str, Option<&str>) {
 fn split(header: &str) -> Option<(&str, &str)> {
     // Longer than any unit: a remark.
     const LONGEST_UNIT: usize = 8;
+    // `Force (N) Run #1`: what stands behind the unit is of the name, and the whole names the column.
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let inner = header
+            .split_once(open)
+            .and_then(|(name, rest)| Some((name, rest.split_once(close)?)));
+        if let Some((name, (unit, behind))) = inner
+            && !name.trim().is_empty()
+            && !behind.trim().is_empty()
+            && is_unit(unit.trim())
+        {
+            return Some((header, unit.trim()));
+        }
+    }
     for (open, close) in [('[', ']'), ('(', ')')] {
         let Some(rest) = header.strip_suffix(close) else {
             continue;
@@ -82,6 +95,7 @@ mod tests {
             ("Weg, mm", "Weg", Some("mm")),
             ("force_N", "force", Some("N")),
             ("Axial Force N", "Axial Force", Some("N")),
+            ("Force (N) Run #1", "Force (N) Run #1", Some("N")),
             ("Load (Channel 1 of 2)", "Load (Channel 1 of 2)", None),
             ("Load (tonf)", "Load", Some("tonf")),
             ("Last [t]", "Last", Some("t")),

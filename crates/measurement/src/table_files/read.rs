@@ -4,49 +4,24 @@ use std::io::Read;
 
 use csv::StringRecord;
 
-use super::cell::{CellKind, NumberMarks, kind};
+use super::cell::NumberMarks;
 use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
 use super::error::{LinePlace, TableFileError};
 use super::find::{self, TableParts};
+use super::keywords;
 use super::labview::{self, SegmentTags};
 use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
 use super::marks::{number_marks, refuse_decimal_commas};
-use super::names::{in_brackets, name_and_unit};
+use super::names::{in_brackets, is_unit, name_and_unit};
+use super::options::TableFileOptions;
 use super::records::{TextRecord, lines, split};
 use super::sheet;
-use super::table::{FileRow, MachineTable};
+use super::table::{FileRow, MachineTable, TablePart};
 use super::unit_cells::{name_units_of_cells, take_units_off};
-use crate::readings::{DecimalSign, is_spreadsheet};
-
-/// What the caller knows of a file; the rest is found from the file.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct TableFileOptions {
-    /// What delimits fields.
-    pub delimiter: Option<FieldDelimiter>,
-    /// The decimal sign.
-    pub decimal: Option<DecimalSign>,
-    /// The sheet, of a spreadsheet.
-    pub sheet: Option<String>,
-    /// Names of columns that the caller needs, as in the file or without their units.
-    pub columns: Vec<String>,
-    /// What is done about numbers such as `1.010`, where nothing in the file shows what the mark means.
-    pub three_digits: ThreeDigits,
-    /// Take cells such as `12.3 N`, and columns of units beside their numbers, as numbers with a unit: logs of gauges have them.
-    pub units_in_cells: bool,
-}
-
-/// What is done about numbers with one mark and three digits behind it, where no other number shows the decimal sign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ThreeDigits {
-    /// A point is the decimal sign; a comma is refused.
-    #[default]
-    RefuseComma,
-    /// Both are refused.
-    Refuse,
-    /// The mark is the decimal sign.
-    Decimal,
-}
+use crate::readings::{Conversion, DecimalSign, is_spreadsheet};
+use stiffbench_units_and_text::nearest::listed_names;
+use stiffbench_units_and_text::quantity::Kind;
 
 /// Name of the column that numbers segments.
 const SEGMENT: &str = "segment";
@@ -72,15 +47,7 @@ pub fn read_table_file(
             error,
         })?;
     if is_spreadsheet(&bytes) {
-        let (records, name) = sheet::read_sheet(source, &bytes, options.sheet.as_deref())?;
-        let told = TextFormat {
-            encoding: TextEncoding::Spreadsheet,
-            sheet: Some(name),
-            delimiter: None,
-            decimal: Some(DecimalSign::Point),
-            program: None,
-        };
-        return assemble(source, records, told, options);
+        return read_workbook(source, &bytes, options);
     }
     if let Some(sheet) = &options.sheet {
         return Err(TableFileError::NoSpreadsheet {
@@ -88,7 +55,7 @@ pub fn read_table_file(
             sheet: sheet.clone(),
         });
     }
-    let (text, encoding) = decode(source, &bytes)?;
+    let (text, encoding) = decode(source, &bytes, options.encoding)?;
     let lines = lines(&text);
     if u32::try_from(lines.len()).is_err() {
         return Err(TableFileError::TooLong {
@@ -112,6 +79,56 @@ pub fn read_table_file(
         program: program(&lines),
     };
     assemble(source, records, told, options)
+}
+
+/// The table of a sheet, or of all sheets with the same columns.
+fn read_workbook(
+    source: &str,
+    bytes: &[u8],
+    options: &TableFileOptions,
+) -> Result<MachineTable, TableFileError> {
+    let sheets = sheet::read_sheets(source, bytes, options)?;
+    let names: Vec<String> = sheets.iter().map(|(_, name)| name.clone()).collect();
+    let table = |(records, name): (Vec<TextRecord>, String)| {
+        let of_sheet = if names.len() > 1 {
+            format!("{source}, sheet `{name}`")
+        } else {
+            source.to_owned()
+        };
+        let told = TextFormat {
+            encoding: TextEncoding::Spreadsheet,
+            sheet: Some(name.clone()),
+            delimiter: None,
+            decimal: Some(DecimalSign::Point),
+            program: None,
+        };
+        Ok((name, assemble(&of_sheet, records, told, options)?))
+    };
+    let tables = sheets.into_iter().map(table).collect::<Result<_, _>>()?;
+    MachineTable::joined(tables, "sheet").map_err(|error| match error {
+        TableFileError::OtherColumns { .. } => TableFileError::SeveralSheets {
+            file: source.to_owned(),
+            found: listed_names(names.iter().map(String::as_str)),
+        },
+        error => error,
+    })
+}
+
+/// Reads the tables of files with the same columns as one; a column `file` names the file of each row.
+///
+/// # Arguments
+/// - `files`: names of the inputs, for messages, and their bytes.
+///
+/// # Errors
+/// Those of [`read_table_file`], and [`TableFileError::OtherColumns`].
+pub fn read_table_files(
+    files: &[(&str, &[u8])],
+    options: &TableFileOptions,
+) -> Result<MachineTable, TableFileError> {
+    let table = |(name, bytes): &(&str, &[u8])| {
+        Ok(((*name).to_owned(), read_table_file(name, *bytes, options)?))
+    };
+    MachineTable::joined(files.iter().map(table).collect::<Result<_, _>>()?, "file")
 }
 
 /// What is known of a file besides its records.
@@ -223,6 +240,7 @@ fn assemble(
         refuse_decimal_commas(source, &records, &parts)?;
     }
     let mut columns = columns(&records, &parts);
+    units_above(&mut columns, &records[..parts.header.unwrap_or(0)]);
     for (index, _) in &parts.rows {
         let (found, expected) = (records[*index].len(), columns.len());
         if found > expected {
@@ -265,7 +283,10 @@ fn assemble(
         layout,
         blank,
         comments,
-        marks,
+        parts: vec![TablePart {
+            source: source.to_owned(),
+            marks,
+        }],
     })
 }
 
@@ -320,6 +341,7 @@ fn file_rows(
         }
         FileRow {
             line: record.line,
+            part: 0,
             segment: *segment,
             cells,
         }
@@ -361,18 +383,58 @@ fn columns(records: &[TextRecord], parts: &TableParts) -> Vec<FileColumn> {
     named.collect()
 }
 
-/// A column is numeric if more of its cells are numbers or times than words.
-fn mark_numeric(columns: &mut [FileColumn], records: &[TextRecord], parts: &TableParts) {
-    let mut counts = vec![[0_usize; 2]; columns.len()];
-    for (index, _) in &parts.rows {
-        for (count, cell) in counts.iter_mut().zip(&records[*index].fields) {
-            match kind(cell) {
-                CellKind::Numeric => count[0] += 1,
-                CellKind::Words => count[1] += 1,
-                CellKind::Absent => {}
+/// Units that lines above the names state: `Units: N`, `Travel Unit: mm`, `Einheit Kraft;N`.
+///
+/// A line without the name of a column is of those whose names have a word of what the unit measures.
+fn units_above(columns: &mut [FileColumn], above: &[TextRecord]) {
+    const UNIT: &str = "unit units einheit einheiten unite unites unidad unidades unita jednostka jednotka birim единица единицы 单位 単位";
+    const OF_KINDS: [(Kind, &str); 4] = [
+        (Kind::Force, keywords::FORCE),
+        (Kind::Torque, keywords::FORCE),
+        (Kind::Displacement, keywords::DISPLACEMENT),
+        (Kind::Time, keywords::TIME),
+    ];
+    for record in above.iter().filter(|record| !record.is_comment) {
+        let cells: Vec<&str> = record
+            .fields
+            .iter()
+            .filter(|cell| !cell.is_empty())
+            .collect();
+        let (key, unit) = match cells[..] {
+            [line] => line.split_once(':').unwrap_or((line, "")),
+            [key, unit] => (key.trim_end_matches(':'), unit),
+            _ => continue,
+        };
+        let (key, unit) = (keywords::plain(key), unit.trim());
+        let unit = in_brackets(unit).unwrap_or(unit);
+        if !(keywords::words_of(&key).any(|word| keywords::has(UNIT, word)) && is_unit(unit)) {
+            continue;
+        }
+        let named = |column: &FileColumn| {
+            let name = keywords::plain(&column.stem);
+            keywords::words_of(&name).any(|word| keywords::words_of(&key).any(|of| of == word))
+        };
+        let measures = |column: &FileColumn| {
+            let name = keywords::plain(&column.stem);
+            OF_KINDS.iter().any(|(kind, list)| {
+                let is_known = keywords::words_of(&name).any(|word| keywords::has(list, word));
+                is_known && Conversion::from_unit(*kind, unit).is_some()
+            })
+        };
+        let by_name = columns.iter().any(named);
+        for column in columns.iter_mut().filter(|column| column.unit.is_none()) {
+            if named(column) || !by_name && measures(column) {
+                column.unit = Some(unit.to_owned());
+                column.unit_from = Some(StatedUnit::Header);
             }
         }
     }
+}
+
+/// A column is numeric if more of its cells are numbers or times than words.
+fn mark_numeric(columns: &mut [FileColumn], records: &[TextRecord], parts: &TableParts) {
+    let rows: Vec<usize> = parts.rows.iter().map(|(index, _)| *index).collect();
+    let counts = find::kinds_of_columns(records, &rows);
     for (column, [numbers, words]) in columns.iter_mut().zip(counts) {
         column.is_numeric = numbers > words;
     }

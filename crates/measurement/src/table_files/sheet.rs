@@ -5,21 +5,21 @@ use std::io::{Cursor, Read, Seek};
 use calamine::{Data, Range, Reader, Sheets, XlsxError, open_workbook_auto_from_rs};
 use csv::StringRecord;
 
-use super::cell::{CellKind, kind};
+use super::cell::{CellKind, DecimalHint, NumberMarks, kind};
 use super::error::TableFileError;
+use super::options::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
 use super::sheet_size;
+use super::unit_cells::take_units_off;
+use crate::readings::{DecimalSign, FileCell};
 use stiffbench_units_and_text::nearest::listed_names;
 
-/// The records of one sheet, and its name.
-///
-/// # Arguments
-/// - `wanted`: the sheet; `None` for the only one with rows of numbers.
-pub(super) fn read_sheet(
+/// The records of sheets with their names: of the one that is asked for, else of all with rows of numbers.
+pub(super) fn read_sheets(
     file: &str,
     bytes: &[u8],
-    wanted: Option<&str>,
-) -> Result<(Vec<TextRecord>, String), TableFileError> {
+    options: &TableFileOptions,
+) -> Result<Vec<(Vec<TextRecord>, String)>, TableFileError> {
     let wrong = |problem: String| TableFileError::Spreadsheet {
         file: file.to_owned(),
         problem,
@@ -28,39 +28,31 @@ pub(super) fn read_sheet(
     let mut book: Sheets<_> =
         open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| wrong(error.to_string()))?;
     let names = book.sheet_names();
-    let listed = |names: &[String]| listed_names(names.iter().map(String::as_str));
-    if let Some(wanted) = wanted {
+    if let Some(wanted) = &options.sheet {
         let Some(name) = names.iter().find(|name| *name == wanted) else {
             return Err(TableFileError::NoSheet {
                 file: file.to_owned(),
                 sheet: wanted.to_owned(),
-                found: listed(&names),
+                found: listed_names(names.iter().map(String::as_str)),
             });
         };
         let range = range(&mut book, name).map_err(wrong)?;
-        return Ok((records(&range), name.clone()));
+        return Ok(vec![(records(file, &range, options)?, name.clone())]);
     }
     let mut with_numbers = Vec::new();
     for name in names {
         let range = range(&mut book, &name).map_err(wrong)?;
-        let records = records(&range);
+        let records = records(file, &range, options)?;
         if has_a_table(&records) {
             with_numbers.push((records, name));
         }
     }
-    match with_numbers.len() {
-        0 => Err(TableFileError::NoNumbers {
+    if with_numbers.is_empty() {
+        return Err(TableFileError::NoNumbers {
             file: file.to_owned(),
-        }),
-        1 => Ok(with_numbers.swap_remove(0)),
-        _ => {
-            let names: Vec<String> = with_numbers.into_iter().map(|(_, name)| name).collect();
-            Err(TableFileError::SeveralSheets {
-                file: file.to_owned(),
-                found: listed(&names),
-            })
-        }
+        });
     }
+    Ok(with_numbers)
 }
 
 /// The cells of a sheet; none of one that is no table, such as a chart.
@@ -96,17 +88,76 @@ fn has_a_table(records: &[TextRecord]) -> bool {
         .any(|pair| pair.iter().all(|record| numbers(record) > 1))
 }
 
-fn records(range: &Range<Data>) -> Vec<TextRecord> {
+fn records(
+    file: &str,
+    range: &Range<Data>,
+    options: &TableFileOptions,
+) -> Result<Vec<TextRecord>, TableFileError> {
     let first = range.start().map_or(0, |(row, _)| row);
+    let line = |index: usize| first.saturating_add(index as u32).saturating_add(1);
+    let marks = marks_of_texts(file, range, line, options)?;
     let rows = range.rows().enumerate();
-    rows.map(|(index, row)| {
+    let mut plain = String::new();
+    let records = rows.map(|(index, row)| {
         let mut fields = StringRecord::new();
         for cell in row {
-            fields.push_field(text(cell).trim());
+            let text = text(cell);
+            let is_number =
+                matches!(cell, Data::String(_)) && marks.plain(&text, &mut plain).is_ok();
+            fields.push_field(if is_number { &plain } else { text.trim() });
         }
-        TextRecord::new(first.saturating_add(index as u32).saturating_add(1), fields)
+        TextRecord::new(line(index), fields)
+    });
+    let mut records: Vec<TextRecord> = records.collect();
+    if options.units_in_cells {
+        take_units_off(&mut records);
+    }
+    Ok(records)
+}
+
+/// The decimal sign of numbers that stand as text in cells: a program took them for words, as of another country.
+fn marks_of_texts(
+    file: &str,
+    range: &Range<Data>,
+    line: impl Fn(usize) -> u32,
+    options: &TableFileOptions,
+) -> Result<NumberMarks, TableFileError> {
+    let cells = range.rows().enumerate().flat_map(|(row, cells)| {
+        let texts = cells.iter().enumerate();
+        texts.filter_map(move |(column, cell)| match cell {
+            Data::String(text) => Some((row, column, text.trim())),
+            _ => None,
+        })
+    });
+    let mut either = None;
+    let mut decimal = options.decimal;
+    for (row, column, text) in cells {
+        match DecimalHint::of(text) {
+            Some(DecimalHint::Sign(sign)) => decimal = decimal.or(Some(sign)),
+            Some(DecimalHint::Either(DecimalSign::Comma)) => {
+                either.get_or_insert((row, column, text));
+            }
+            _ => {}
+        }
+    }
+    if let (None, Some((row, column, text)), false) = (
+        decimal,
+        either,
+        options.three_digits == ThreeDigits::Decimal,
+    ) {
+        let cell = FileCell {
+            file: file.to_owned(),
+            line: line(row),
+            column: format!("column {}", column + 1),
+            value: text.to_owned(),
+        };
+        return Err(TableFileError::EitherDecimal { cell });
+    }
+    let of_either = either.map(|_| DecimalSign::Comma);
+    Ok(NumberMarks {
+        decimal: decimal.or(of_either).unwrap_or(DecimalSign::Point),
+        thousands: None,
     })
-    .collect()
 }
 
 /// A cell as text with a decimal point; dates as ISO 8601.

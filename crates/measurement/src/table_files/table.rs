@@ -5,20 +5,31 @@ use csv::StringRecord;
 use super::cell::{CellFault, DecimalHint, NumberMarks, is_absent};
 use super::columns::FileColumn;
 use super::error::{LinePlace, TableFileError};
+use super::keywords::plain;
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
 use crate::readings::{
     Conversion, DecimalSign, FileCell, NumberFault, NumberReader, unescape_formula,
 };
+use stiffbench_units_and_text::nearest::{listed_names, nearest};
 
 /// A row of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileRow {
     /// Its line in the file, or its row in the sheet, from 1.
     pub line: u32,
+    /// The file or sheet that it is of, of several from 0.
+    pub(super) part: usize,
     /// The segment it is in, from 1.
     pub segment: u32,
     pub(super) cells: StringRecord,
+}
+
+/// A file or sheet whose rows are in a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TablePart {
+    pub(super) source: String,
+    pub(super) marks: NumberMarks,
 }
 
 /// A table with named columns.
@@ -34,7 +45,7 @@ pub struct MachineTable {
     pub blank: Vec<u32>,
     /// Lines that start with `#`.
     pub comments: Vec<u32>,
-    pub(super) marks: NumberMarks,
+    pub(super) parts: Vec<TablePart>,
 }
 
 impl MachineTable {
@@ -104,7 +115,8 @@ impl MachineTable {
         };
         let cell = || self.cell(row, column);
         let mut plain = String::new();
-        let marks = self.marks.plain(text, &mut plain);
+        let part = &self.parts[self.rows[row].part];
+        let marks = part.marks.plain(text, &mut plain);
         marks.map_err(|fault| match fault {
             CellFault::OtherDecimalSign => TableFileError::MixedDecimals {
                 cell: cell(),
@@ -190,24 +202,87 @@ impl MachineTable {
         columns.map(|column| column.name.as_str())
     }
 
-    /// The columns of a name as it stands in the file, else without its unit.
-    pub(crate) fn called(&self, wanted: &str) -> Vec<usize> {
-        let places = |pick: fn(&FileColumn) -> &String| -> Vec<usize> {
-            let columns = self.layout.columns.iter().enumerate();
-            let called = columns.filter(|(_, column)| pick(column) == wanted);
-            called.map(|(index, _)| index).collect()
-        };
-        let found = places(|column| &column.name);
-        if found.is_empty() {
-            return places(|column| &column.stem);
+    /// Whether all rows are of one file or sheet, whose lines they count.
+    pub(crate) fn is_of_one_file(&self) -> bool {
+        self.parts.len() == 1
+    }
+
+    /// A number as it stands in the file, with a decimal point and no marks between thousands; empty without one.
+    pub(crate) fn plain_number(&self, row: usize, column: usize) -> String {
+        let mut plain = String::new();
+        let marks = self.parts[self.rows[row].part].marks;
+        match self.present(row, column) {
+            Some(text) if marks.plain(text, &mut plain).is_ok() => plain,
+            _ => String::new(),
         }
-        found
+    }
+
+    /// The first values of a column, as they stand in the file.
+    pub(crate) fn first_values(&self, column: usize) -> Vec<String> {
+        const SHOWN: usize = 3;
+        let rows = 0..self.rows.len().min(SHOWN);
+        rows.map(|row| self.text(row, column).to_owned()).collect()
+    }
+
+    /// The column of a name: as it stands in the file, without its unit, in other capitals or without accents; else a number from 1.
+    ///
+    /// # Errors
+    /// For no such column, and for two of them.
+    pub(crate) fn column(&self, wanted: &str, role: &str) -> Result<usize, TableFileError> {
+        let wanted = wanted.trim();
+        let small = plain(wanted);
+        let columns = &self.layout.columns;
+        let called = |is: &dyn Fn(&FileColumn) -> bool| -> Vec<usize> {
+            let places = 0..columns.len();
+            places.filter(|index| is(&columns[*index])).collect()
+        };
+        let ways: [&dyn Fn(&FileColumn) -> bool; 3] = [
+            &|column| column.name == wanted,
+            &|column| column.stem == wanted,
+            &|column| plain(&column.name) == small || plain(&column.stem) == small,
+        ];
+        let found = ways.into_iter().map(called).find(|found| !found.is_empty());
+        match found.as_deref() {
+            Some([one]) => return Ok(*one),
+            Some([first, second, ..]) => {
+                return Err(self.duplicate(wanted, role, [*first, *second]));
+            }
+            _ => {}
+        }
+        let number = wanted.parse::<usize>().ok();
+        let index = number.and_then(|number| number.checked_sub(1));
+        if let Some(index) = index.filter(|index| *index < columns.len()) {
+            return Ok(index);
+        }
+        let advice = match nearest(wanted, self.names().filter(|name| !name.is_empty())) {
+            Some(near) => format!("is `{near}` meant? --map {role}={near}"),
+            None => format!("name one of these, or its number from 1: --map {role}=COLUMN"),
+        };
+        Err(TableFileError::UnknownColumn {
+            at: self.header(),
+            column: wanted.to_owned(),
+            role: role.to_owned(),
+            found: listed_names(self.names()),
+            advice,
+        })
+    }
+
+    /// An error about two columns of one name, at places that count from 0.
+    pub(crate) fn duplicate(&self, column: &str, role: &str, places: [usize; 2]) -> TableFileError {
+        let [first, second] = places.map(|place| place + 1);
+        TableFileError::DuplicateColumn {
+            at: self.header(),
+            column: column.to_owned(),
+            role: role.to_owned(),
+            first,
+            second,
+        }
     }
 
     /// A cell, for messages.
     pub(crate) fn cell(&self, row: usize, column: usize) -> FileCell {
         FileCell {
-            file: self.source.clone(),
+            file: self.parts[self.rows[row].part].source.clone(),
             line: self.rows[row].line,
             column: self.name(column).to_owned(),
             value: self.text(row, column).to_owned(),

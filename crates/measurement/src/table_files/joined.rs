@@ -1,0 +1,106 @@
+//! Several tables as one: files or sheets with the same columns, and columns that repeat one another.
+
+use super::columns::FileColumn;
+use super::error::TableFileError;
+use super::table::{FileRow, MachineTable};
+use stiffbench_units_and_text::nearest::listed_names;
+
+impl MachineTable {
+    /// Tables with the same columns below each other; of several, a column names the table of each row.
+    ///
+    /// # Arguments
+    /// - `tables`: at least one, with their names.
+    /// - `column`: the name of that column.
+    ///
+    /// # Errors
+    /// [`TableFileError::OtherColumns`] for the first whose columns are not those of the first.
+    pub(super) fn joined(
+        tables: Vec<(String, Self)>,
+        column: &str,
+    ) -> Result<Self, TableFileError> {
+        let is_alone = tables.len() == 1;
+        let mut tables = tables.into_iter();
+        let Some((name, mut all)) = tables.next() else {
+            let file = String::new();
+            return Err(TableFileError::Empty { file });
+        };
+        if is_alone {
+            return Ok(all);
+        }
+        let known = all.layout.columns.clone();
+        all.add_texts(column, &name);
+        let mut sheets: Vec<String> = all.layout.sheet.take().into_iter().collect();
+        for (name, mut next) in tables {
+            let alike = |a: &FileColumn, b: &FileColumn| a.name == b.name && a.unit == b.unit;
+            let columns = &next.layout.columns;
+            let are_alike = columns.len() == known.len()
+                && columns.iter().zip(&known).all(|(a, b)| alike(a, b));
+            if !are_alike {
+                return Err(TableFileError::OtherColumns {
+                    at: next.header(),
+                    found: listed_names(next.names()),
+                    first: all.source.clone(),
+                    expected: listed_names(known.iter().map(|column| column.name.as_str())),
+                });
+            }
+            next.add_texts(column, &name);
+            for (column, of_next) in all.layout.columns.iter_mut().zip(&next.layout.columns) {
+                column.is_numeric |= of_next.is_numeric;
+            }
+            sheets.extend(next.layout.sheet.take());
+            let (parts, segments) = (all.parts.len(), all.layout.segments);
+            all.layout.segments += next.layout.segments;
+            all.layout.rows += next.layout.rows;
+            all.layout.last_line = next.layout.last_line;
+            all.parts.append(&mut next.parts);
+            all.rows.extend(next.rows.into_iter().map(|row| FileRow {
+                part: row.part + parts,
+                segment: row.segment + segments,
+                ..row
+            }));
+        }
+        all.layout.sheet = (!sheets.is_empty()).then(|| sheets.join("`, `"));
+        Ok(all)
+    }
+
+    /// The same with a row for each of some columns, which stand below each other as the first of them; a column names the one of each row.
+    pub(crate) fn stacked(&self, columns: &[usize], name: &str) -> Self {
+        let Some(first) = columns.first() else {
+            return self.clone();
+        };
+        let mut all = self.clone();
+        all.rows.clear();
+        for column in columns {
+            all.rows.extend(self.rows.iter().map(|row| {
+                let cell = |index| {
+                    let from = if index == *first { *column } else { index };
+                    row.cells.get(from).unwrap_or("")
+                };
+                let cells = (0..self.layout.columns.len()).map(cell);
+                let cells = cells.chain([self.name(*column)]).collect();
+                FileRow {
+                    cells,
+                    ..row.clone()
+                }
+            }));
+        }
+        all.layout.columns.push(FileColumn::named(name));
+        all
+    }
+
+    /// Adds a column with the same text in every row; none where there is one of its name.
+    fn add_texts(&mut self, column: &str, text: &str) {
+        if self.names().any(|name| name == column) {
+            return;
+        }
+        let width = self.layout.columns.len();
+        for row in &mut self.rows {
+            while row.cells.len() < width {
+                row.cells.push_field("");
+            }
+            row.cells.truncate(width);
+            row.cells.push_field(text);
+        }
+        self.layout.columns.push(FileColumn::named(column));
+    }
+}
