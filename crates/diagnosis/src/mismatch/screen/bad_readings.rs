@@ -14,14 +14,16 @@
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
-use super::deleted_residuals::is_testable;
+use super::deleted_residuals::{is_testable, repeats_of};
 use super::reading_screen::{ReadingScreen, TestedReadings};
 use super::screened::{BadReading, ScreenedData, ScreenedRuns};
 use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::KnownNoise;
+use crate::mismatch::observed::Observations;
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
 use crate::search::up_to_last_bad;
+use stiffbench_numeric::statistics::median;
 
 /// Looks for bad readings in good runs, and lays out the others.
 pub(crate) fn screen_readings(
@@ -73,11 +75,30 @@ pub(crate) fn screen_readings(
     let found = screen.noise_of(&all_out, None);
     let tested = TestedReadings::new(&screen, all_out, found);
     let again = suspects.iter().filter_map(|one| tested.judged(*one, 1));
-    let mut bad: Vec<BadReading> = again.filter(BadReading::is_named).collect();
+    let named = again.filter(BadReading::is_named);
+    let mut bad: Vec<BadReading> = named
+        .filter(|bad| !is_of_another_state(observations, bad))
+        .collect();
     let places: Vec<usize> = bad.iter().map(|one| one.reading).collect();
     let good = good_without(&places);
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family).then(a.line.cmp(&b.line)));
     let others = observations.filtered(&good);
     let tails_dof = TestedReadings::new(&screen, good, found).tails_dof();
     Ok(screened(others, bad, tails_dof))
+}
+
+/// Whether a reading with which its run begins agrees with its repeats as recorded, so that the rest of the run is what was displaced.
+///
+/// Zeros are free, so that either would look the same. Where a joint sticks, the first run of a cell begins before it slipped for the first
+/// time and the others after it; all are zeroed where they begin.
+fn is_of_another_state(observations: &Observations, bad: &BadReading) -> bool {
+    let run = &observations.runs[observations.readings[bad.reading].run];
+    if run.readings.start != bad.reading {
+        return false;
+    }
+    let recorded = |reading: usize| observations.displacement_m[reading];
+    let repeats = repeats_of(observations, bad.reading).into_iter();
+    let mut repeats: Vec<f64> = repeats.map(recorded).collect();
+    let shift_m = bad.value_m - bad.expected_m;
+    median(&mut repeats).is_some_and(|usual| (bad.value_m - usual).abs() < 0.5 * shift_m.abs())
 }
