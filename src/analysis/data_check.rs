@@ -1,7 +1,13 @@
 //! Readings that cannot be right, without a search for physics.
 
+use std::collections::BTreeMap;
+
+use crate::count::counted;
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
-use crate::readings::{ReadingTable, SessionHeader};
+use crate::procedure::Procedure;
+use crate::readings::{Reading, ReadingTable, SessionHeader};
+use crate::run_check::{LoadReading, LoadedRun, RunCheck, RunTerms};
+use crate::test_point::Direction;
 
 use super::design::baseline_of;
 use super::error::AnalysisError;
@@ -21,4 +27,117 @@ pub fn check_data(
     let baseline = baseline_of(model, &observations, &observations.poses, &parameters)?;
     let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
     Ok(screened)
+}
+
+/// No guided session has more runs; of a recording with more, none is a repeat that somebody set.
+const MOST_RUNS: usize = 2_000;
+
+/// What a session would have asked about its runs and loads; nothing where it was asked, and flagged.
+pub(super) fn asked_about_runs(
+    table: &ReadingTable,
+    header: Option<&SessionHeader>,
+) -> Option<String> {
+    let known: Vec<Direction> = if table.is_of_vectors() {
+        Direction::ALL.into()
+    } else {
+        Vec::new()
+    };
+    let (mut cells, mut runs) = (Vec::new(), Vec::<LoadedRun>::new());
+    let mut of_run = BTreeMap::new();
+    let procedure = header.and_then(|header| header.procedure.as_ref());
+    let preload_n = procedure.and_then(|procedure| procedure.preload_n);
+    for load in table.loads() {
+        let counting = load.iter().filter(|one| one.is_accepted());
+        let is_unflagged = |one: &&Reading| one.text.as_ref().is_none_or(|of| of.flag.is_empty());
+        let load: Vec<&Reading> = counting.filter(is_unflagged).collect();
+        let Some(first) = load.first() else { continue };
+        let name = format!("{} {}", first.pose, table.load_direction(first));
+        let cell = cells.iter().position(|of| *of == name);
+        let cell = cell.unwrap_or_else(|| {
+            cells.push(name);
+            cells.len() - 1
+        });
+        let run = *of_run.entry((cell, first.repeat)).or_insert_with(|| {
+            runs.push(LoadedRun {
+                cell,
+                repeat: first.repeat,
+                counts: true,
+                is_whole: true,
+                readings: Vec::new(),
+            });
+            runs.len() - 1
+        });
+        if runs.len() > MOST_RUNS {
+            return None;
+        }
+        let readings = &mut runs[run].readings;
+        let target = (first.step, first.branch, first.target_n.to_bits());
+        let under_it = readings.iter().rev();
+        let under_it = under_it
+            .take_while(|one| (one.step, one.branch, one.target_n.to_bits()) == target)
+            .count();
+        let of_gauge = |axis: &Direction| {
+            let mut read = load.iter().filter(|one| one.direction == *axis);
+            read.next().map(|one| one.displacement_m)
+        };
+        readings.push(LoadReading {
+            number: first.seq,
+            step: first.step,
+            branch: first.branch,
+            target_n: first.target_n,
+            hold: under_it as u64,
+            force_n: first.force_n - preload_n.unwrap_or(0.0),
+            displacement_m: if known.is_empty() {
+                vec![Some(first.displacement_m)]
+            } else {
+                known.iter().map(of_gauge).collect()
+            },
+        });
+    }
+    let found = RunCheck::new(terms(&known, cells, &runs, header), runs)
+        .all()
+        .collect::<Vec<_>>();
+    let first = found.first()?;
+    Some(format!(
+        "repeats or other loads contradict {}, which a session would have asked about. {}",
+        counted(found.len(), "run or reading"),
+        first.text.trim_end_matches('.')
+    ))
+}
+
+/// What a session would have known beside its readings.
+fn terms(
+    axes: &[Direction],
+    cells: Vec<String>,
+    runs: &[LoadedRun],
+    header: Option<&SessionHeader>,
+) -> RunTerms {
+    let instruments = header.map(|header| &header.instruments);
+    let step = |name: &str| {
+        let mut named = instruments.into_iter().flat_map(|all| all.named());
+        let record = named.find(|(of, _)| *of == name);
+        record
+            .and_then(|(_, record)| record.resolution)
+            .unwrap_or(0.0)
+    };
+    let gauges = axes.iter().map(|axis| {
+        (
+            Some(*axis),
+            step(&format!("displacement gauge along {axis}")),
+        )
+    });
+    let mut gauges: Vec<(Option<Direction>, f64)> = gauges.collect();
+    if gauges.is_empty() {
+        gauges.push((None, step("displacement gauge")));
+    }
+    let procedure = header.and_then(|header| header.procedure.as_ref());
+    let spread_m = procedure.and_then(|procedure| procedure.settle.spread_m);
+    let repeats = runs.iter().map(|run| run.repeat).max();
+    RunTerms {
+        spread_m: spread_m.unwrap_or(Procedure::default().settle.spread_m),
+        force_step_n: step("force gauge"),
+        gauges,
+        cells,
+        repeats: repeats.unwrap_or(1),
+    }
 }
