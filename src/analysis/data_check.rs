@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::bench::NoiseModel;
 use crate::count::counted;
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
 use crate::procedure::Procedure;
@@ -94,7 +95,8 @@ pub(super) fn asked_about_runs(
             },
         });
     }
-    let found = RunCheck::new(terms(&known, cells, &runs, header), runs)
+    let is_made = table.origin.is_some() || header.is_some_and(|header| header.origin.is_some());
+    let found = RunCheck::new(terms(&known, cells, &runs, (header, is_made)), runs)
         .all()
         .collect::<Vec<_>>();
     let first = found.first()?;
@@ -105,12 +107,18 @@ pub(super) fn asked_about_runs(
     ))
 }
 
+/// Scatter of readings that a bench in software states, m.
+#[must_use]
+pub fn stated_scatter_m() -> f64 {
+    NoiseModel::default().reading_sd_m
+}
+
 /// What a session would have known beside its readings.
 fn terms(
     axes: &[Direction],
     cells: Vec<String>,
     runs: &[LoadedRun],
-    header: Option<&SessionHeader>,
+    (header, is_made): (Option<&SessionHeader>, bool),
 ) -> RunTerms {
     let instruments = header.map(|header| &header.instruments);
     let step = |name: &str| {
@@ -135,6 +143,7 @@ fn terms(
     let repeats = runs.iter().map(|run| run.repeat).max();
     RunTerms {
         spread_m: spread_m.unwrap_or(Procedure::default().settle.spread_m),
+        scatter_m: is_made.then(stated_scatter_m),
         force_step_n: step("force gauge"),
         gauges,
         cells,

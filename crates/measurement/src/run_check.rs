@@ -18,6 +18,9 @@ const PRIOR_SLOPE: f64 = 0.005;
 /// A gauge that moves less than this share of the one that moves most has the slope scatter of this share of it (1).
 const LEAST_SHARE: f64 = 0.2;
 
+/// Scatter of readings before it is known, where nobody states it: this share of the settling spread, within which a display stays.
+const PRIOR_OF_SPREAD: f64 = 0.5;
+
 /// What the prior counts as, degrees of freedom.
 const PRIOR_FREEDOM: f64 = 6.0;
 
@@ -91,8 +94,10 @@ pub struct LoadedRun {
 /// What is known of a session besides its readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunTerms {
-    /// A reading counts as settled while the display stays within this, m: the scatter of readings before it is known.
+    /// A reading counts as settled while the display stays within this, m.
     pub spread_m: f64,
+    /// Scatter of readings, m, where somebody states it.
+    pub scatter_m: Option<f64>,
     /// Step of the force gauge, N.
     pub force_step_n: f64,
     /// The displacement gauges: the axis along which each stands if that is not the load's, and its step, m.
@@ -455,7 +460,9 @@ impl RunCheck {
     fn reading_variance(&self, gauge: usize, slope: f64) -> f64 {
         let steps_m = [self.terms.gauges[gauge].1, slope * self.terms.force_step_n];
         let of_steps = steps_m.map(|step_m| step_m.powi(2) / 12.0);
-        self.terms.spread_m.powi(2) + of_steps[0] + of_steps[1]
+        let stated_m = self.terms.scatter_m;
+        let prior_m = stated_m.unwrap_or(PRIOR_OF_SPREAD * self.terms.spread_m);
+        prior_m.powi(2) + of_steps[0] + of_steps[1]
     }
 
     /// Mean displacement of the repeats of a reading at its force, m, and how many there are.

@@ -11,7 +11,14 @@ use super::state::{KeptReading, SessionState};
 pub(super) const TAKEN_AGAIN: &str = "a reading of its run contradicted the repeats";
 
 /// Compares the runs of a session as far as they were taken.
-pub(super) fn check_of(state: &SessionState, plan: &SessionPlan) -> RunCheck {
+///
+/// # Arguments
+/// - `scatter_m`: scatter of readings, where the bench states it.
+pub(super) fn check_of(
+    state: &SessionState,
+    plan: &SessionPlan,
+    scatter_m: Option<f64>,
+) -> RunCheck {
     let step = |of: Channel| {
         let seen = state.instruments[of.index()].as_ref();
         seen.map_or(0.0, |seen| seen.step_si.unwrap_or(seen.resolution_si))
@@ -20,6 +27,7 @@ pub(super) fn check_of(state: &SessionState, plan: &SessionPlan) -> RunCheck {
     let cells = plan.cells.iter();
     let terms = RunTerms {
         spread_m: plan.procedure.settle.spread_m,
+        scatter_m,
         force_step_n: step(Channel::Force),
         gauges: gauges.collect(),
         cells: cells

@@ -174,16 +174,16 @@ fn of_runs() -> Vec<Fault> {
     let offset = |um: f64| RunDeviation { offset_m: um * 1e-6, ..no };
     let load = |step, um: f64| RunDeviation { load: Some((step, um * 1e-6)), ..no };
     let kinds = [
-        ("6 % softer", sweep, 2, slope(0.06)),
-        ("6 % stiffer", sweep, 3, slope(-0.06)),
+        ("5 % softer", sweep, 2, slope(0.05)),
+        ("5 % stiffer", sweep, 3, slope(-0.05)),
         ("10 um off", sweep, 2, offset(10.0)),
         ("15 um off", sweep, 3, offset(-15.0)),
         ("one load 15 um off", sweep, 2, load(2, 15.0)),
         ("last load 15 um off", sweep, 3, load(4, -15.0)),
-        ("one zero: 6 % softer", one_zero, 2, slope(0.06)),
+        ("one zero: 5 % softer", one_zero, 2, slope(0.05)),
         ("one zero: 10 um off", one_zero, 2, offset(10.0)),
         ("one zero: one load 15 um off", one_zero, 2, load(2, 15.0)),
-        ("unloading: 6 % softer", unloading, 2, slope(0.06)),
+        ("unloading: 5 % softer", unloading, 2, slope(0.05)),
         ("unloading: one load 15 um off", unloading, 2, load(2, 15.0)),
         ("at load: one repeat 15 um off", at_load, 2, load(2, 15.0)),
         ("at load: the second repeats 10 um off", at_load, 2, offset(10.0)),

@@ -121,7 +121,7 @@ fn clean_sessions_at_a_noisy_bench_are_seldom_asked_about() {
                 let mut asked = Vec::new();
                 for seed in 0..SESSIONS {
                     let mut rig = bench(&procedure, 5000 + seed, 0.004, false);
-                    rig.bench.scatter_m = scatter_m[0];
+                    rig = rig.scatters(&procedure, scatter_m[0]);
                     for ((cell, repeat), run) in &mut rig.bench.runs {
                         // A zero for each run, or one for all.
                         let run_of_zero = match procedure.zero {

@@ -491,6 +491,18 @@ impl Rig {
         rig
     }
 
+    /// The bench scatters so much from load to load, m, and says so.
+    pub(crate) fn scatters(mut self, procedure: &Procedure, scatter_m: f64) -> Self {
+        self.bench.scatter_m = scatter_m;
+        let settings = Settings {
+            checks_repeats: true,
+            scatter_m: Some(scatter_m),
+            ..Settings::default()
+        };
+        self.machine = Machine::new(plan(procedure), settings, self.machine.state().clone());
+        self
+    }
+
     /// A new session with other settings.
     pub(crate) fn with_settings(procedure: &Procedure, settings: Settings) -> Self {
         let mut rig = Self::start(procedure);
@@ -519,6 +531,7 @@ impl Rig {
                 plan,
                 Settings {
                     checks_repeats: true,
+                    scatter_m: Some(bench.scatter_m).filter(|scatter_m| *scatter_m > 0.0),
                     ..Settings::default()
                 },
                 state,

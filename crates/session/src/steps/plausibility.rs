@@ -359,7 +359,7 @@ impl Machine {
     fn far_from_repeats(&self, taken: &TakenReading, channel: Channel) -> Option<CaptureCheck> {
         let displacement_m = taken.displacement_of(channel)?;
         let reading = load_reading(taken, &self.state, &self.plan);
-        let prediction = check_of(&self.state, &self.plan).predict(
+        let prediction = check_of(&self.state, &self.plan, self.settings.scatter_m).predict(
             (taken.cell, taken.repeat),
             &reading,
             gauge_number(&self.plan, channel),

@@ -26,7 +26,7 @@ impl Machine {
 
     /// Compares the runs of a cell with those before them, and a cell that is complete as a diagnosis would.
     pub(super) fn check_repeats(&mut self, cell: usize, out: &mut Vec<Action>) {
-        let check = check_of(&self.state, &self.plan);
+        let check = check_of(&self.state, &self.plan, self.settings.scatter_m);
         let (found, alike) = check.contradictions(cell);
         let open = self.plan.next_open(&self.state, cell);
         let is_open = open.is_some_and(|(of, _)| of == cell);
