@@ -93,6 +93,7 @@ pub(super) fn asked_about_runs(
             } else {
                 known.iter().map(of_gauge).collect()
             },
+            is_flagged: false,
         });
     }
     let is_made = table.origin.is_some() || header.is_some_and(|header| header.origin.is_some());

@@ -33,8 +33,8 @@ const LEAST_FREE: f64 = 0.01;
 /// What arithmetic leaves of nothing (1).
 const ROUNDING: f64 = 1e-12;
 
-/// Slope, offset, loads at the end of a run; and each load when it is read.
-const KINDS: usize = 4;
+/// Slope, offset, loads.
+const KINDS: usize = 3;
 const SLOPE: usize = 0;
 const OFFSET: usize = 1;
 const LOADS: usize = 2;
@@ -44,6 +44,9 @@ const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
 
 /// Fewest other loads that let expect anything.
 const FEWEST_LOADS: f64 = 3.0;
+
+/// Fewest readings of a run whose slope and offset are judged.
+const FEWEST_OF_RUN: usize = 3;
 
 /// Most readings of a run that are named far from the others; a run with more has another fault.
 const MOST_FAR: usize = 10;
@@ -74,6 +77,8 @@ pub struct LoadReading {
     pub force_n: f64,
     /// Displacement from the zero, m, a gauge each.
     pub displacement_m: Vec<Option<f64>>,
+    /// Whether something is known against it: then it is no measure for others.
+    pub is_flagged: bool,
 }
 
 /// The readings of one application of the loads, in the order in which they were taken.
@@ -222,6 +227,7 @@ impl RunCheck {
     pub fn new(terms: RunTerms, runs: Vec<LoadedRun>) -> Self {
         let places = runs.iter().map(|run| {
             let readings = run.readings.iter().enumerate();
+            let readings = readings.filter(|(_, one)| !one.is_flagged);
             readings.map(|(place, one)| (one.key(), place)).collect()
         });
         let mut check = Self {
@@ -311,26 +317,25 @@ impl RunCheck {
         // Where nothing shows the slope, the displacement counts from the zero.
         let slope = shown.unwrap_or(expected_m / reading.force_n);
         let slope = if slope.is_finite() { slope } else { 0.0 };
-        let single = self.reading_variance(gauge, slope);
         let known = |kind: usize| pooled(&self.differences, (gauge, kind, cell, slope));
-        let (noise, _) = known(LOADS);
-        let offset = single * noise.powi(2);
-        let of_slope = (self.slope_prior(&others, gauge, slope) * reading.force_n).powi(2);
-        let (mut sum, mut spread) = (0.0, 0.0);
-        for (kind, variance) in [(SLOPE, of_slope), (OFFSET, offset), (LOADS, single)] {
+        let reading_m = self.reading_variance(gauge, slope).sqrt();
+        let zero_m = reading_m * known(LOADS).0;
+        let slope_m = self.slope_prior(&others, gauge, slope) * reading.force_n.abs();
+        let tested = others.iter().map(|of| self.runs[*of].readings.len()).max();
+        // Slope and offset are judged when the run is complete: here they may be all that is not asked about then.
+        let kinds = [(SLOPE, slope_m, 1), (OFFSET, zero_m, 1)].into_iter();
+        let kinds = kinds.chain([(LOADS, reading_m, tested.unwrap_or(1))]);
+        let limits = kinds.map(|(kind, prior_m, tested)| {
             let (scale, freedom) = known(kind);
             let most = if kind == LOADS { freedom } else { MOST_FREEDOM };
-            let part = variance * scale.powi(2);
-            sum += part;
-            spread += part.powi(2) / freedom.min(most);
-        }
-        let most = others.iter().map(|of| self.runs[*of].readings.len()).max();
-        let limit = self.limit(sum.powi(2) / spread, most.unwrap_or(1));
+            self.limit(freedom.min(most), tested) * scale * prior_m
+        });
+        let limit_m: f64 = limits.sum();
         // Forces that nothing corrects differ by what they were set to.
         let set_m = shown.map_or(2.0 * tolerance_n * slope.abs(), |_| 0.0);
         Some(LoadPrediction {
             expected_m,
-            limit_m: limit * ((1.0 + 1.0 / n) * sum).sqrt() + set_m,
+            limit_m: (1.0 + 1.0 / n).sqrt() * limit_m + set_m,
             what: "its repeats",
         })
     }
@@ -347,7 +352,8 @@ impl RunCheck {
             return found;
         }
         for gauge in 0..self.terms.gauges.len() {
-            let mut rest: Vec<&LoadReading> = run.readings.iter().collect();
+            let unflagged = run.readings.iter().filter(|one| !one.is_flagged);
+            let mut rest: Vec<&LoadReading> = unflagged.collect();
             for _ in 0..MOST_FAR {
                 let Some(line) = LoadingLine::through(rest.iter().copied(), gauge) else {
                     break;
@@ -385,9 +391,10 @@ impl RunCheck {
         }
     }
 
-    /// The readings of some runs.
+    /// The readings of some runs that nothing is known against.
     fn readings(&self, runs: &[usize]) -> impl Iterator<Item = &LoadReading> + Clone {
-        runs.iter().flat_map(|of| &self.runs[*of].readings)
+        let all = runs.iter().flat_map(|of| &self.runs[*of].readings);
+        all.filter(|one| !one.is_flagged)
     }
 
     /// The whole runs of a cell that count, up to one, without other tries of a repeat.
@@ -409,11 +416,53 @@ impl RunCheck {
         let scatter = self.differences_of(here.collect(), there.copied().collect());
         let gauges = 0..self.terms.gauges.len();
         let findings = gauges.filter_map(|gauge| {
+            if run.readings.len() < FEWEST_OF_RUN {
+                return self.single_loads(run, &others, gauge, &scatter);
+            }
             let comparison = self.compare(run, &others, gauge, &scatter)?;
             Some(self.findings(run, gauge, &comparison, &scatter, alike))
         });
         let findings = findings.flatten().collect();
         contradiction(run, findings)
+    }
+
+    /// Loads of a run of which too few are left for a line, each by itself against the others of its cell.
+    fn single_loads(
+        &self,
+        run: &LoadedRun,
+        others: &[usize],
+        gauge: usize,
+        scatter: &[RunDifference],
+    ) -> Option<Vec<RunFinding>> {
+        let slope = self.slope(others, gauge)?;
+        let known = |kind: usize| pooled(scatter, (gauge, kind, run.cell, slope));
+        let (of_slopes, of_loads) = (known(SLOPE), known(LOADS));
+        let reading_variance = self.reading_variance(gauge, slope) * of_loads.0.powi(2);
+        let slope_prior = self.slope_prior(others, gauge, slope) * of_slopes.0;
+        let freedom = of_slopes.1.min(of_loads.1).min(MOST_FREEDOM);
+        let limit = self.limit(freedom, run.readings.len());
+        let found = run.readings.iter().filter_map(|one| {
+            let (expected_m, n) = self.expected(one, others, gauge, slope)?;
+            let off_m = one.displacement_m[gauge]? - expected_m;
+            // Reading and zero scatter alike.
+            let variance = 2.0 * reading_variance + (slope_prior * one.force_n).powi(2);
+            let limit_m = limit * ((1.0 + 1.0 / n) * variance).sqrt();
+            (off_m.abs() > limit_m).then(|| RunFinding {
+                times: off_m.abs() / limit_m,
+                number: Some(one.number),
+                text: self.load_text(run, gauge, one.number, [off_m, limit_m]),
+            })
+        });
+        Some(found.collect())
+    }
+
+    fn load_text(&self, run: &LoadedRun, gauge: usize, number: u32, m: [f64; 2]) -> String {
+        format!(
+            "{}: reading {number} is {:.1} um off the other loads and its repeats, where up to {:.1} um are usual.",
+            self.place(run, gauge),
+            m[0] * 1e6,
+            m[1] * 1e6
+        )
     }
 
     /// How much runs differ from those before them, beside what is known.
@@ -430,6 +479,10 @@ impl RunCheck {
                 (of.cell, of.counts) == (run.cell, true) && of.repeat != run.repeat
             });
             let before: Vec<usize> = before.collect();
+            let flagged = run.readings.iter().filter(|one| one.is_flagged).count();
+            if 2 * flagged > run.readings.len() {
+                continue;
+            }
             for gauge in 0..self.terms.gauges.len() {
                 if let Some(comparison) = self.compare(run, &before, gauge, &known) {
                     known.extend(comparison.differences(run, gauge));
@@ -494,7 +547,11 @@ impl RunCheck {
     ) -> Option<RunComparison> {
         let slope = self.slope(before, gauge)?;
         let reading_variance = self.reading_variance(gauge, slope);
-        let points = run.readings.iter().filter_map(|one| {
+        // Where few readings of a run are left without a flag, all of them judge it.
+        let unflagged = run.readings.iter().filter(|one| !one.is_flagged).count();
+        let all = 2 * unflagged < run.readings.len();
+        let readings = run.readings.iter().filter(|one| all || !one.is_flagged);
+        let points = readings.filter_map(|one| {
             let (expected_m, _) = self.expected(one, before, gauge, slope)?;
             Some((
                 one.number,
@@ -612,11 +669,7 @@ impl RunCheck {
                     times: size / limit,
                     // Of three loads any one may be the wrong one.
                     number: Some(*number).filter(|_| comparison.freedom > 1.0),
-                    text: format!(
-                        "{place}: reading {number} is {:.1} um off the other loads and its repeats, where up to {:.1} um are usual.",
-                        off_m * 1e6,
-                        limit * prior_m * 1e6
-                    ),
+                    text: self.load_text(run, gauge, *number, [*off_m, limit * prior_m]),
                 });
             }
         }

@@ -57,11 +57,14 @@ fn runs_of(state: &SessionState, plan: &SessionPlan) -> Vec<LoadedRun> {
     for kept in &state.readings {
         let (taken, counts) = (&kept.taken, kept.superseded.is_none());
         let stays = kept.superseded.as_deref() == Some(TAKEN_AGAIN);
-        // What is flagged is no measure for others.
-        if !(counts || stays) || !is_unflagged(kept) {
+        let is_flagged = !is_unflagged(kept);
+        if !counts && (!stays || is_flagged) {
             continue;
         }
-        let reading = load_reading(taken, state, plan);
+        let reading = LoadReading {
+            is_flagged,
+            ..load_reading(taken, state, plan)
+        };
         let same = runs.iter_mut().find(|(attempt, run)| {
             (run.cell, run.repeat, run.counts) == (taken.cell, taken.repeat, counts)
                 && (counts || *attempt == taken.attempt)
@@ -103,6 +106,7 @@ pub(super) fn load_reading(
         displacement_m: gauges_of(plan)
             .map(|of| taken.displacement_of(of))
             .collect(),
+        is_flagged: false,
     }
 }
 
