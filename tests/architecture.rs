@@ -34,7 +34,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/beams/src", "robot", &["structure"]),
     ("crates/beams/src", "physics", &["structure", "robot"]),
     ("crates/measurement/src", "readings", &[]),
-    ("crates/measurement/src", "run_check", &[]),
+    ("crates/measurement/src", "run_check", &["procedure"]),
     ("crates/measurement/src", "table_files", &["readings"]),
     ("crates/measurement/src", "load_cases", &["readings", "table_files"]),
     ("crates/measurement/src", "specimen", &["readings", "table_files"]),

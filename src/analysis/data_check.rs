@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::bench::NoiseModel;
 use crate::count::counted;
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
-use crate::procedure::Procedure;
+use crate::procedure::Settle;
 use crate::readings::{Reading, ReadingTable, SessionHeader};
 use crate::run_check::{LoadReading, LoadedRun, RunCheck, RunTerms};
 use crate::test_point::Direction;
@@ -38,10 +38,10 @@ pub(super) fn asked_about_runs(
     table: &ReadingTable,
     header: Option<&SessionHeader>,
 ) -> Option<String> {
-    let known: Vec<Direction> = if table.is_of_vectors() {
-        Direction::ALL.into()
+    let axes: Vec<Option<Direction>> = if table.is_of_vectors() {
+        Direction::ALL.map(Some).into()
     } else {
-        Vec::new()
+        vec![None]
     };
     let (mut cells, mut runs) = (Vec::new(), Vec::<LoadedRun>::new());
     let mut of_run = BTreeMap::new();
@@ -77,9 +77,10 @@ pub(super) fn asked_about_runs(
         let under_it = under_it
             .take_while(|one| (one.step, one.branch, one.target_n.to_bits()) == target)
             .count();
-        let of_gauge = |axis: &Direction| {
-            let mut read = load.iter().filter(|one| one.direction == *axis);
-            read.next().map(|one| one.displacement_m)
+        let of_gauge = |axis: &Option<Direction>| {
+            let mut load = load.iter();
+            let read = load.find(|one| axis.is_none_or(|axis| one.direction == axis));
+            read.map(|one| one.displacement_m)
         };
         readings.push(LoadReading {
             number: first.seq,
@@ -88,18 +89,16 @@ pub(super) fn asked_about_runs(
             target_n: first.target_n,
             hold: under_it as u64,
             force_n: first.force_n - preload_n.unwrap_or(0.0),
-            displacement_m: if known.is_empty() {
-                vec![Some(first.displacement_m)]
-            } else {
-                known.iter().map(of_gauge).collect()
-            },
+            displacement_m: axes.iter().map(of_gauge).collect(),
             is_flagged: false,
         });
     }
     let is_made = table.origin.is_some() || header.is_some_and(|header| header.origin.is_some());
-    let found = RunCheck::new(terms(&known, cells, &runs, (header, is_made)), runs)
-        .all()
-        .collect::<Vec<_>>();
+    let terms = RunTerms {
+        scatter_m: is_made.then(stated_scatter_m),
+        ..terms(axes, cells, &runs, header)
+    };
+    let found: Vec<_> = RunCheck::new(terms, runs).all().collect();
     let first = found.first()?;
     Some(format!(
         "repeats or other loads contradict {}, which a session would have asked about. {}",
@@ -116,10 +115,10 @@ pub fn stated_scatter_m() -> f64 {
 
 /// What a session would have known beside its readings.
 fn terms(
-    axes: &[Direction],
+    axes: Vec<Option<Direction>>,
     cells: Vec<String>,
     runs: &[LoadedRun],
-    (header, is_made): (Option<&SessionHeader>, bool),
+    header: Option<&SessionHeader>,
 ) -> RunTerms {
     let instruments = header.map(|header| &header.instruments);
     let step = |name: &str| {
@@ -129,25 +128,22 @@ fn terms(
             .and_then(|(_, record)| record.resolution)
             .unwrap_or(0.0)
     };
-    let gauges = axes.iter().map(|axis| {
-        (
-            Some(*axis),
-            step(&format!("displacement gauge along {axis}")),
-        )
+    let gauges = axes.into_iter().map(|axis| {
+        let along = axis.map_or_else(String::new, |axis| format!(" along {axis}"));
+        (axis, step(&format!("displacement gauge{along}")))
     });
-    let mut gauges: Vec<(Option<Direction>, f64)> = gauges.collect();
-    if gauges.is_empty() {
-        gauges.push((None, step("displacement gauge")));
-    }
     let procedure = header.and_then(|header| header.procedure.as_ref());
-    let spread_m = procedure.and_then(|procedure| procedure.settle.spread_m);
-    let repeats = runs.iter().map(|run| run.repeat).max();
+    let settle = procedure.map(|procedure| Settle::from_record(&procedure.settle));
+    let mut repeats = vec![0; cells.len()];
+    for run in runs {
+        repeats[run.cell] += 1;
+    }
     RunTerms {
-        spread_m: spread_m.unwrap_or(Procedure::default().settle.spread_m),
-        scatter_m: is_made.then(stated_scatter_m),
+        settle: settle.unwrap_or_default(),
+        scatter_m: None,
         force_step_n: step("force gauge"),
-        gauges,
+        gauges: gauges.collect(),
         cells,
-        repeats: repeats.unwrap_or(1),
+        repeats: repeats.into_iter().max().unwrap_or_default(),
     }
 }

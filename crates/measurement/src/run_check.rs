@@ -1,13 +1,16 @@
 //! Whether readings agree with their repeats: the slope and the offset of a run, and each of its loads, against their predictive distribution.
 //!
-//! The distribution comes from the earlier runs of the cell, the scatter of all runs of the session, and a stated prior, which counts as
-//! [`PRIOR_FREEDOM`] degrees of freedom; a zero is a reading too, and scatters as they do. All checks of a session together ask in [`CLEAN_SESSIONS_ASKED`] of clean sessions. A session asks
-//! while the robot still stands there, an analysis says what a session would have asked.
+//! The distribution comes from the other runs of the cell, the scatter of all runs of the session, and a stated prior, which counts as
+//! [`PRIOR_FREEDOM`] degrees of freedom; a zero is a reading too, and scatters as they do. All checks of a session together ask in
+//! [`CLEAN_SESSIONS_ASKED`] of clean sessions. A session asks while the robot still stands there, an analysis says what a session would have
+//! asked.
 
 use std::collections::HashMap;
 
 use stiffbench_numeric::statistics::{LeastSquaresLine, student_t_quantile};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+use crate::procedure::Settle;
 
 /// Share of clean sessions in which something is asked about.
 const CLEAN_SESSIONS_ASKED: f64 = 0.05;
@@ -44,12 +47,6 @@ const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
 
 /// Fewest other loads that let expect anything.
 const FEWEST_LOADS: f64 = 3.0;
-
-/// Fewest readings of a run whose slope and offset are judged.
-const FEWEST_OF_RUN: usize = 3;
-
-/// Most readings of a run that are named far from the others; a run with more has another fault.
-const MOST_FAR: usize = 10;
 
 /// Readings of a run that its repeats, or its other loads, contradict.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,8 +96,8 @@ pub struct LoadedRun {
 /// What is known of a session besides its readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunTerms {
-    /// A reading counts as settled while the display stays within this, m.
-    pub spread_m: f64,
+    /// When a reading counts as settled.
+    pub settle: Settle,
     /// Scatter of readings, m, where somebody states it.
     pub scatter_m: Option<f64>,
     /// Step of the force gauge, N.
@@ -159,16 +156,6 @@ struct RunFinding {
     text: String,
 }
 
-/// From what size a run is asked about.
-pub struct AskedFrom {
-    /// Slope, relative.
-    slope: f64,
-    /// Offset, m.
-    offset_m: f64,
-    /// One load, m.
-    load_m: f64,
-}
-
 /// What is expected of a reading.
 pub struct LoadPrediction {
     /// Displacement, m.
@@ -189,32 +176,27 @@ pub struct RunCheck {
     differences: Vec<RunDifference>,
 }
 
-/// The least-squares line through the loading branch of some readings.
-struct LoadingLine {
-    line: LeastSquaresLine,
-    n: f64,
+/// The least-squares line through some points (N, m); `None` where their forces are all alike.
+fn line_through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<LeastSquaresLine> {
+    LeastSquaresLine::through(points).filter(|line| line.sxx > 1.0)
 }
 
-impl LoadingLine {
-    /// `None` where there are few loads, or all are alike.
-    fn through<'a>(readings: impl Iterator<Item = &'a LoadReading>, gauge: usize) -> Option<Self> {
-        let loading = readings.filter(|one| one.branch == Branch::Loading);
-        let points = loading.filter_map(|one| Some((one.force_n, one.displacement_m[gauge]?)));
-        let points: Vec<(f64, f64)> = points.collect();
-        let n = points.len() as f64;
-        LeastSquaresLine::through(points.into_iter())
-            .filter(|line| n >= FEWEST_LOADS && line.sxx > 1.0)
-            .map(|line| Self { line, n })
-    }
+/// Force and displacement of the loading branch at a gauge.
+fn loading_points<'a>(
+    readings: impl Iterator<Item = &'a LoadReading>,
+    gauge: usize,
+) -> Vec<(f64, f64)> {
+    let loading = readings.filter(|one| one.branch == Branch::Loading);
+    loading
+        .filter_map(|one| Some((one.force_n, one.displacement_m[gauge]?)))
+        .collect()
+}
 
-    /// Displacement of a reading of the line, and what the line through the others lets expect, m.
-    fn without(&self, one: &LoadReading, gauge: usize) -> Option<(f64, f64)> {
-        let displacement_m = one.displacement_m[gauge]?;
-        let off_n = one.force_n - self.line.mean.0;
-        let free = 1.0 - 1.0 / self.n - off_n.powi(2) / self.line.sxx;
-        let is_of_it = one.branch == Branch::Loading && self.n > FEWEST_LOADS && free > ROUNDING;
-        let off_m = (displacement_m - self.line.at(one.force_n)) / free;
-        is_of_it.then_some((displacement_m, displacement_m - off_m))
+impl LoadedRun {
+    /// Whether more than half of it has a flag: then no others are measured by it.
+    fn is_mostly_flagged(&self) -> bool {
+        let flagged = self.readings.iter().filter(|one| one.is_flagged);
+        2 * flagged.count() > self.readings.len()
     }
 }
 
@@ -262,76 +244,79 @@ impl RunCheck {
         far.chain(cells.filter_map(|cell| self.contradictions(cell).0.into_iter().next()))
     }
 
-    /// From what size the next run of a cell is asked about; `None` before its first run.
+    /// From what size the next run of a cell is asked about, for the operator; `None` before its first run.
     ///
     /// # Arguments
     /// - `gauge`: the one that moves most with the load.
     #[must_use]
-    pub fn asked_from(&self, cell: usize, gauge: usize) -> Option<AskedFrom> {
+    pub fn asked_from(&self, cell: usize, gauge: usize) -> Option<String> {
         let runs = self.before(self.runs.len(), cell, None);
         let like = &self.runs[*runs.last()?];
         let comparison = self.compare(like, &runs, gauge, &self.differences)?;
-        let limit = |kind: usize, tested: usize| {
+        let scatter = |kind: usize, tested: usize| {
             let of = (gauge, kind, cell, comparison.slope);
-            let (scale, freedom) = pooled(&self.differences, of);
-            let most = if kind == LOADS { freedom } else { MOST_FREEDOM };
-            scale * self.limit(freedom.min(most), tested)
+            self.limit_of(&self.differences, of, tested)
         };
+        let [slope, offset] = comparison.line;
         let loads = comparison.loads.iter().map(|of| of.2);
         let loads = loads.filter(|prior_m| prior_m.is_normal());
         let load_m = loads.fold(0.0, f64::max);
-        Some(AskedFrom {
-            slope: (limit(SLOPE, 1) * comparison.line[0].1 / comparison.slope).abs(),
-            offset_m: limit(OFFSET, 1) * comparison.line[1].1,
-            load_m: limit(LOADS, comparison.loads.len()) * load_m,
-        })
+        Some(format!(
+            "the next run is asked about from {:.1} % of its slope, {:.1} um in all its loads, or {:.1} um in one",
+            (scatter(SLOPE, 1) * slope.1 / comparison.slope).abs() * 100.0,
+            scatter(OFFSET, 1) * offset.1 * 1e6,
+            scatter(LOADS, comparison.loads.len()) * load_m * 1e6
+        ))
     }
 
     /// What is expected of a reading that is to be taken.
     ///
     /// # Arguments
     /// - `run`: cell and repeat of the reading.
-    /// - `tolerance_n`: how well loads are set.
     #[must_use]
     pub fn predict(
         &self,
         run: (usize, u32),
         reading: &LoadReading,
         gauge: usize,
-        tolerance_n: f64,
     ) -> Option<LoadPrediction> {
         let (cell, repeat) = run;
         let all = (0..self.runs.len()).filter(|of| self.runs[*of].counts);
         let all: Vec<usize> = all.filter(|of| self.runs[*of].cell == cell).collect();
         let is_other = |of: &usize| self.runs[*of].repeat != repeat;
         let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
-        let expected = |slope: f64| self.expected(reading, &others, gauge, slope);
-        let Some((mut expected_m, n)) = expected(0.0) else {
-            let line = LoadingLine::through(self.readings(&all), gauge)?;
-            return Some(self.on_line(line.line.at(reading.force_n)));
-        };
-        let shown = self.slope(&others, gauge);
-        if let Some(slope) = shown {
-            (expected_m, _) = expected(slope)?;
-        }
+        let repeats = self.of_repeats((cell, &others), reading, gauge, &self.differences);
+        repeats.or_else(|| {
+            let points = loading_points(self.readings(&all), gauge);
+            let is_known = points.len() as f64 >= FEWEST_LOADS;
+            let line = line_through(points.into_iter()).filter(|_| is_known)?;
+            Some(self.on_line(line.at(reading.force_n)))
+        })
+    }
+
+    /// What the repeats of a reading let expect: slope, offset and scatter may each be all that is not asked about of a whole run.
+    fn of_repeats(
+        &self,
+        (cell, others): (usize, &[usize]),
+        reading: &LoadReading,
+        gauge: usize,
+        scatter: &[RunDifference],
+    ) -> Option<LoadPrediction> {
+        let shown = self.slope(others, gauge);
+        let (expected_m, n) = self.expected(reading, others, gauge, shown.unwrap_or(0.0))?;
         // Where nothing shows the slope, the displacement counts from the zero.
         let slope = shown.unwrap_or(expected_m / reading.force_n);
         let slope = if slope.is_finite() { slope } else { 0.0 };
-        let known = |kind: usize| pooled(&self.differences, (gauge, kind, cell, slope));
+        let limit =
+            |kind: usize, tested: usize| self.limit_of(scatter, (gauge, kind, cell, slope), tested);
         let reading_m = self.reading_variance(gauge, slope).sqrt();
-        let zero_m = reading_m * known(LOADS).0;
-        let slope_m = self.slope_prior(&others, gauge, slope) * reading.force_n.abs();
+        let (of_loads, _) = pooled(scatter, (gauge, LOADS, cell, slope));
+        let slope_m = self.slope_prior(others, gauge, slope) * reading.force_n.abs();
         let tested = others.iter().map(|of| self.runs[*of].readings.len()).max();
-        // Slope and offset are judged when the run is complete: here they may be all that is not asked about then.
-        let kinds = [(SLOPE, slope_m, 1), (OFFSET, zero_m, 1)].into_iter();
-        let kinds = kinds.chain([(LOADS, reading_m, tested.unwrap_or(1))]);
-        let limits = kinds.map(|(kind, prior_m, tested)| {
-            let (scale, freedom) = known(kind);
-            let most = if kind == LOADS { freedom } else { MOST_FREEDOM };
-            self.limit(freedom.min(most), tested) * scale * prior_m
-        });
-        let limit_m: f64 = limits.sum();
+        let limit_m = limit(SLOPE, 1) * slope_m
+            + (limit(OFFSET, 1) * of_loads + limit(LOADS, tested.unwrap_or(1))) * reading_m;
         // Forces that nothing corrects differ by what they were set to.
+        let tolerance_n = self.terms.settle.force_tolerance_n;
         let set_m = shown.map_or(2.0 * tolerance_n * slope.abs(), |_| 0.0);
         Some(LoadPrediction {
             expected_m,
@@ -340,45 +325,37 @@ impl RunCheck {
         })
     }
 
-    /// Readings of the first run of a cell that are far from the other loads of that run, the farthest first.
+    /// The reading of the first run of a cell that is farthest from the other loads of that run, a gauge each.
     fn far_from_line(&self, run: &LoadedRun) -> Vec<Contradiction> {
-        let of_cell = self
-            .runs
-            .iter()
-            .filter(|of| of.cell == run.cell && of.counts);
+        let of_cell = self.runs.iter();
+        let of_cell = of_cell.filter(|of| of.cell == run.cell && of.counts);
         let first = of_cell.map(|of| of.repeat).min();
-        let mut found = Vec::new();
-        if !run.counts || first != Some(run.repeat) {
-            return found;
-        }
-        for gauge in 0..self.terms.gauges.len() {
+        let gauges =
+            (0..self.terms.gauges.len()).filter(|_| run.counts && first == Some(run.repeat));
+        let farthest = gauges.filter_map(|gauge| {
             let unflagged = run.readings.iter().filter(|one| !one.is_flagged);
-            let mut rest: Vec<&LoadReading> = unflagged.collect();
-            for _ in 0..MOST_FAR {
-                let Some(line) = LoadingLine::through(rest.iter().copied(), gauge) else {
-                    break;
-                };
-                let far = rest.iter().filter_map(|one| {
-                    let (displacement_m, expected_m) = line.without(one, gauge)?;
-                    let off_m = (displacement_m - expected_m).abs();
-                    let times = off_m / self.on_line(expected_m).limit_m;
-                    (times > 1.0).then_some((times, off_m, one.number))
-                });
-                let Some((_, off_m, number)) = far.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-                    break;
-                };
-                rest.retain(|one| one.number != number);
-                found.push(Contradiction {
-                    numbers: vec![number],
-                    text: format!(
-                        "{}: reading {number} is {:.0} um off the prediction from the other loads.",
-                        self.place(run, gauge),
-                        off_m * 1e6
-                    ),
-                });
-            }
-        }
-        found
+            let points = loading_points(unflagged.clone(), gauge);
+            let n = points.len() as f64;
+            let line = line_through(points.into_iter()).filter(|_| n > FEWEST_LOADS)?;
+            let off = unflagged.filter(|one| one.branch == Branch::Loading);
+            let off = off.filter_map(|one| {
+                let displacement_m = one.displacement_m[gauge]?;
+                let free = 1.0 - 1.0 / n - (one.force_n - line.mean.0).powi(2) / line.sxx;
+                let off_m = (displacement_m - line.at(one.force_n)) / free;
+                let limit_m = self.on_line(displacement_m - off_m).limit_m;
+                (free > ROUNDING).then_some((off_m.abs() / limit_m, off_m.abs(), one.number))
+            });
+            let (times, off_m, number) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
+            (times > 1.0).then(|| Contradiction {
+                numbers: vec![number],
+                text: format!(
+                    "{}: reading {number} is {:.0} um off the prediction from the other loads.",
+                    self.place(run, gauge),
+                    off_m * 1e6
+                ),
+            })
+        });
+        farthest.collect()
     }
 
     /// What the other loads of the loading branch let expect.
@@ -386,7 +363,7 @@ impl RunCheck {
         let (spreads, share) = FAR_FROM_LINE;
         LoadPrediction {
             expected_m,
-            limit_m: (spreads * self.terms.spread_m).max(share * expected_m.abs()),
+            limit_m: (spreads * self.terms.settle.spread_m).max(share * expected_m.abs()),
             what: "the other loads",
         }
     }
@@ -415,14 +392,13 @@ impl RunCheck {
         let there = self.differences.iter().filter(|of| of.cell != run.cell);
         let scatter = self.differences_of(here.collect(), there.copied().collect());
         let gauges = 0..self.terms.gauges.len();
-        let findings = gauges.filter_map(|gauge| {
-            if run.readings.len() < FEWEST_OF_RUN {
+        let findings = gauges.flat_map(|gauge| {
+            let Some(comparison) = self.compare(run, &others, gauge, &scatter) else {
                 return self.single_loads(run, &others, gauge, &scatter);
-            }
-            let comparison = self.compare(run, &others, gauge, &scatter)?;
-            Some(self.findings(run, gauge, &comparison, &scatter, alike))
+            };
+            self.findings(run, gauge, &comparison, &scatter, alike)
         });
-        let findings = findings.flatten().collect();
+        let findings = findings.collect();
         contradiction(run, findings)
     }
 
@@ -433,27 +409,17 @@ impl RunCheck {
         others: &[usize],
         gauge: usize,
         scatter: &[RunDifference],
-    ) -> Option<Vec<RunFinding>> {
-        let slope = self.slope(others, gauge)?;
-        let known = |kind: usize| pooled(scatter, (gauge, kind, run.cell, slope));
-        let (of_slopes, of_loads) = (known(SLOPE), known(LOADS));
-        let reading_variance = self.reading_variance(gauge, slope) * of_loads.0.powi(2);
-        let slope_prior = self.slope_prior(others, gauge, slope) * of_slopes.0;
-        let freedom = of_slopes.1.min(of_loads.1).min(MOST_FREEDOM);
-        let limit = self.limit(freedom, run.readings.len());
+    ) -> Vec<RunFinding> {
         let found = run.readings.iter().filter_map(|one| {
-            let (expected_m, n) = self.expected(one, others, gauge, slope)?;
-            let off_m = one.displacement_m[gauge]? - expected_m;
-            // Reading and zero scatter alike.
-            let variance = 2.0 * reading_variance + (slope_prior * one.force_n).powi(2);
-            let limit_m = limit * ((1.0 + 1.0 / n) * variance).sqrt();
-            (off_m.abs() > limit_m).then(|| RunFinding {
-                times: off_m.abs() / limit_m,
+            let of = self.of_repeats((run.cell, others), one, gauge, scatter)?;
+            let off_m = one.displacement_m[gauge]? - of.expected_m;
+            (off_m.abs() > of.limit_m).then(|| RunFinding {
+                times: off_m.abs() / of.limit_m,
                 number: Some(one.number),
-                text: self.load_text(run, gauge, one.number, [off_m, limit_m]),
+                text: self.load_text(run, gauge, one.number, [off_m, of.limit_m]),
             })
         });
-        Some(found.collect())
+        found.collect()
     }
 
     fn load_text(&self, run: &LoadedRun, gauge: usize, number: u32, m: [f64; 2]) -> String {
@@ -479,8 +445,7 @@ impl RunCheck {
                 (of.cell, of.counts) == (run.cell, true) && of.repeat != run.repeat
             });
             let before: Vec<usize> = before.collect();
-            let flagged = run.readings.iter().filter(|one| one.is_flagged).count();
-            if 2 * flagged > run.readings.len() {
+            if run.is_mostly_flagged() {
                 continue;
             }
             for gauge in 0..self.terms.gauges.len() {
@@ -496,9 +461,7 @@ impl RunCheck {
     fn slope(&self, runs: &[usize], gauge: usize) -> Option<f64> {
         let readings = self.readings(runs);
         let points = readings.filter_map(|one| Some((one.force_n, one.displacement_m[gauge]?)));
-        LeastSquaresLine::through(points)
-            .filter(|line| line.sxx > 1.0)
-            .map(|line| line.slope)
+        line_through(points).map(|line| line.slope)
     }
 
     /// Prior scatter of the slope of a gauge that yields so much, m/N.
@@ -514,7 +477,7 @@ impl RunCheck {
         let steps_m = [self.terms.gauges[gauge].1, slope * self.terms.force_step_n];
         let of_steps = steps_m.map(|step_m| step_m.powi(2) / 12.0);
         let stated_m = self.terms.scatter_m;
-        let prior_m = stated_m.unwrap_or(PRIOR_OF_SPREAD * self.terms.spread_m);
+        let prior_m = stated_m.unwrap_or(PRIOR_OF_SPREAD * self.terms.settle.spread_m);
         prior_m.powi(2) + of_steps[0] + of_steps[1]
     }
 
@@ -548,8 +511,7 @@ impl RunCheck {
         let slope = self.slope(before, gauge)?;
         let reading_variance = self.reading_variance(gauge, slope);
         // Where few readings of a run are left without a flag, all of them judge it.
-        let unflagged = run.readings.iter().filter(|one| !one.is_flagged).count();
-        let all = 2 * unflagged < run.readings.len();
+        let all = run.is_mostly_flagged();
         let readings = run.readings.iter().filter(|one| all || !one.is_flagged);
         let points = readings.filter_map(|one| {
             let (expected_m, _) = self.expected(one, before, gauge, slope)?;
@@ -561,16 +523,13 @@ impl RunCheck {
         });
         let points: Vec<(u32, f64, f64)> = points.collect();
         let n = points.len() as f64;
-        let line = LeastSquaresLine::through(points.iter().map(|of| (of.1, of.2)))
-            .filter(|line| line.sxx > 1.0)?;
+        let line = line_through(points.iter().map(|of| (of.1, of.2)))?;
         let more = 1.0 + 1.0 / before.len() as f64;
         let leverage = |force_n: f64| 1.0 / n + (force_n - line.mean.0).powi(2) / line.sxx;
-        let left = |of: &(u32, f64, f64)| of.2 - line.at(of.1);
-        let squares: f64 = points.iter().map(|of| left(of).powi(2)).sum();
         let freedom = n - 2.0;
         // Of a gauge that is noisier than assumed, the run itself shows it.
         let (scale, known) = pooled(scatter, (gauge, LOADS, run.cell, slope));
-        let of_run = squares / (more * reading_variance);
+        let of_run = line.residual_squares / (more * reading_variance);
         let noise = reading_variance * (known * scale.powi(2) + of_run) / (known + freedom);
         let slope_prior = self.slope_prior(before, gauge, slope);
         let slope_variance = more * (slope_prior.powi(2) + noise / line.sxx);
@@ -579,7 +538,7 @@ impl RunCheck {
             let free = Some(1.0 - leverage(of.1)).filter(|free| *free > LEAST_FREE);
             let free = free.unwrap_or(0.0);
             let variance = more * reading_variance / free;
-            (of.0, left(of) / free, variance.sqrt())
+            (of.0, (of.2 - line.at(of.1)) / free, variance.sqrt())
         });
         Some(RunComparison {
             line: [
@@ -601,10 +560,24 @@ impl RunCheck {
             cells,
             ..
         } = &self.terms;
-        let checks =
-            cells.len() as f64 * f64::from(*repeats).max(1.0) * (gauges.len() * KINDS) as f64;
-        let chance = CLEAN_SESSIONS_ASKED / (checks * tested.max(1) as f64);
+        let repeats = f64::from(*repeats);
+        // The second run of a cell is judged by the first, and after each later one all of them by the others.
+        let looks = (0.5 * repeats * (repeats + 1.0) - 2.0).max(1.0);
+        let checks = looks * (cells.len() * gauges.len() * KINDS * tested.max(1)) as f64;
+        let chance = CLEAN_SESSIONS_ASKED / checks;
         student_t_quantile(1.0 - 0.5 * chance, freedom).unwrap_or(f64::INFINITY)
+    }
+
+    /// The same in units of the prior, where the scatter is known so far.
+    fn limit_of(
+        &self,
+        scatter: &[RunDifference],
+        of: (usize, usize, usize, f64),
+        tested: usize,
+    ) -> f64 {
+        let (scale, freedom) = pooled(scatter, of);
+        let most = if of.1 == LOADS { freedom } else { MOST_FREEDOM };
+        scale * self.limit(freedom.min(most), tested)
     }
 
     /// For the operator.
@@ -624,11 +597,10 @@ impl RunCheck {
         alike: &mut Vec<String>,
     ) -> Vec<RunFinding> {
         let place = self.place(run, gauge);
-        let known = |kind: usize| pooled(scatter, (gauge, kind, run.cell, comparison.slope));
+        let of = |kind: usize| (gauge, kind, run.cell, comparison.slope);
         let mut found = Vec::new();
         for (kind, (off, prior)) in comparison.line.into_iter().enumerate() {
-            let (scale, freedom) = known(kind);
-            let limit = self.limit(freedom.min(MOST_FREEDOM), 1) * scale;
+            let limit = self.limit_of(scatter, of(kind), 1);
             let size = off / prior;
             let differs = if kind == SLOPE {
                 format!(
@@ -656,7 +628,7 @@ impl RunCheck {
                 text: format!("{place} {differs}."),
             });
         }
-        let (scale, known) = known(LOADS);
+        let (scale, known) = pooled(scatter, of(LOADS));
         for (number, off_m, prior_m) in &comparison.loads {
             let size = (off_m / prior_m).abs();
             // The others show how much a reading scatters.
@@ -691,19 +663,6 @@ impl RunCheck {
         let n = others.len() as f64;
         let mean = others.iter().sum::<f64>() / n;
         n > 0.0 && mean / size > 0.5 && (size - mean).abs() <= limit * (1.0 + 1.0 / n).sqrt()
-    }
-}
-
-impl AskedFrom {
-    /// For the operator.
-    #[must_use]
-    pub fn text(&self) -> String {
-        format!(
-            "the next run is asked about from {:.1} % of its slope, {:.1} um in all its loads, or {:.1} um in one",
-            self.slope * 100.0,
-            self.offset_m * 1e6,
-            self.load_m * 1e6
-        )
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn check_of(
     let gauges = gauges_of(plan).map(|of| (of.axis(), step(of)));
     let cells = plan.cells.iter();
     let terms = RunTerms {
-        spread_m: plan.procedure.settle.spread_m,
+        settle: plan.procedure.settle,
         scatter_m,
         force_step_n: step(Channel::Force),
         gauges: gauges.collect(),

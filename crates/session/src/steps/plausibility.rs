@@ -363,7 +363,6 @@ impl Machine {
             (taken.cell, taken.repeat),
             &reading,
             gauge_number(&self.plan, channel),
-            self.plan.procedure.settle.force_tolerance_n,
         )?;
         let off_m = (displacement_m - prediction.expected_m).abs();
         (off_m > prediction.limit_m).then(|| CaptureCheck {

@@ -38,7 +38,7 @@ impl Machine {
             self.repeats_checked(found, out);
         }
         let from = from.filter(|_| self.pending.is_none());
-        for text in alike.into_iter().chain(from.map(|from| from.text())) {
+        for text in alike.into_iter().chain(from) {
             self.notify(text, out);
         }
     }
