@@ -45,8 +45,8 @@ const LOADS: usize = 2;
 /// Without repeats a displacement is far from what the other loads of its run let expect beyond this many settling spreads and this share.
 const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
 
-/// Fewest other loads that let expect anything.
-const FEWEST_LOADS: f64 = 3.0;
+/// Fewest loads whose line lets expect anything.
+const FEWEST_LOADS: usize = 3;
 
 /// Readings of a run that its repeats, or its other loads, contradict.
 #[derive(Debug, Clone, PartialEq)]
@@ -286,43 +286,51 @@ impl RunCheck {
         let is_other = |of: &usize| self.runs[*of].repeat != repeat;
         let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
         let repeats = self.of_repeats((cell, &others), reading, gauge, &self.differences);
+        // Its run is judged when it is complete: slope, offset and scatter may each be all that is not asked about then.
+        let repeats = repeats.map(|(expected_m, limits_m)| LoadPrediction {
+            expected_m,
+            limit_m: limits_m.iter().sum(),
+            what: "its repeats",
+        });
         repeats.or_else(|| {
             let points = loading_points(self.readings(&all), gauge);
-            let is_known = points.len() as f64 >= FEWEST_LOADS;
+            let is_known = points.len() >= FEWEST_LOADS;
             let line = line_through(points.into_iter()).filter(|_| is_known)?;
             Some(self.on_line(line.at(reading.force_n)))
         })
     }
 
-    /// What the repeats of a reading let expect: slope, offset and scatter may each be all that is not asked about of a whole run.
+    /// The displacement that the repeats of a reading let expect, and how far the slope, the offset and the scatter of its run may take it from there
+    /// without a question, m.
     fn of_repeats(
         &self,
         (cell, others): (usize, &[usize]),
         reading: &LoadReading,
         gauge: usize,
         scatter: &[RunDifference],
-    ) -> Option<LoadPrediction> {
+    ) -> Option<(f64, [f64; KINDS])> {
         let shown = self.slope(others, gauge);
         let (expected_m, n) = self.expected(reading, others, gauge, shown.unwrap_or(0.0))?;
         // Where nothing shows the slope, the displacement counts from the zero.
         let slope = shown.unwrap_or(expected_m / reading.force_n);
         let slope = if slope.is_finite() { slope } else { 0.0 };
-        let limit =
-            |kind: usize, tested: usize| self.limit_of(scatter, (gauge, kind, cell, slope), tested);
+        let limit_m = |kind: usize, tested: usize, prior_m: f64| {
+            let limit = self.limit_of(scatter, (gauge, kind, cell, slope), tested);
+            (1.0 + 1.0 / n).sqrt() * limit * prior_m
+        };
         let reading_m = self.reading_variance(gauge, slope).sqrt();
-        let (of_loads, _) = pooled(scatter, (gauge, LOADS, cell, slope));
+        let zero_m = reading_m * pooled(scatter, (gauge, LOADS, cell, slope)).0;
         let slope_m = self.slope_prior(others, gauge, slope) * reading.force_n.abs();
         let tested = others.iter().map(|of| self.runs[*of].readings.len()).max();
-        let limit_m = limit(SLOPE, 1) * slope_m
-            + (limit(OFFSET, 1) * of_loads + limit(LOADS, tested.unwrap_or(1))) * reading_m;
         // Forces that nothing corrects differ by what they were set to.
         let tolerance_n = self.terms.settle.force_tolerance_n;
         let set_m = shown.map_or(2.0 * tolerance_n * slope.abs(), |_| 0.0);
-        Some(LoadPrediction {
-            expected_m,
-            limit_m: (1.0 + 1.0 / n).sqrt() * limit_m + set_m,
-            what: "its repeats",
-        })
+        let limits_m = [
+            limit_m(SLOPE, 1, slope_m) + set_m,
+            limit_m(OFFSET, 1, zero_m),
+            limit_m(LOADS, tested.unwrap_or(1), reading_m),
+        ];
+        Some((expected_m, limits_m))
     }
 
     /// The reading of the first run of a cell that is farthest from the other loads of that run, a gauge each.
@@ -336,7 +344,8 @@ impl RunCheck {
             let unflagged = run.readings.iter().filter(|one| !one.is_flagged);
             let points = loading_points(unflagged.clone(), gauge);
             let n = points.len() as f64;
-            let line = line_through(points.into_iter()).filter(|_| n > FEWEST_LOADS)?;
+            let is_known = points.len() > FEWEST_LOADS;
+            let line = line_through(points.into_iter()).filter(|_| is_known)?;
             let off = unflagged.filter(|one| one.branch == Branch::Loading);
             let off = off.filter_map(|one| {
                 let displacement_m = one.displacement_m[gauge]?;
@@ -393,10 +402,11 @@ impl RunCheck {
         let scatter = self.differences_of(here.collect(), there.copied().collect());
         let gauges = 0..self.terms.gauges.len();
         let findings = gauges.flat_map(|gauge| {
-            let Some(comparison) = self.compare(run, &others, gauge, &scatter) else {
-                return self.single_loads(run, &others, gauge, &scatter);
-            };
-            self.findings(run, gauge, &comparison, &scatter, alike)
+            let comparison = self.compare(run, &others, gauge, &scatter);
+            match comparison.filter(|of| of.loads.len() >= FEWEST_LOADS) {
+                Some(comparison) => self.findings(run, gauge, &comparison, &scatter, alike),
+                None => self.single_loads(run, &others, gauge, &scatter),
+            }
         });
         let findings = findings.collect();
         contradiction(run, findings)
@@ -411,12 +421,15 @@ impl RunCheck {
         scatter: &[RunDifference],
     ) -> Vec<RunFinding> {
         let found = run.readings.iter().filter_map(|one| {
-            let of = self.of_repeats((run.cell, others), one, gauge, scatter)?;
-            let off_m = one.displacement_m[gauge]? - of.expected_m;
-            (off_m.abs() > of.limit_m).then(|| RunFinding {
-                times: off_m.abs() / of.limit_m,
+            let (expected_m, limits_m) =
+                self.of_repeats((run.cell, others), one, gauge, scatter)?;
+            let off_m = one.displacement_m[gauge]? - expected_m;
+            // They do not depend on each other.
+            let limit_m = limits_m.iter().map(|of| of.powi(2)).sum::<f64>().sqrt();
+            (off_m.abs() > limit_m).then(|| RunFinding {
+                times: off_m.abs() / limit_m,
                 number: Some(one.number),
-                text: self.load_text(run, gauge, one.number, [off_m, of.limit_m]),
+                text: self.load_text(run, gauge, one.number, [off_m, limit_m]),
             })
         });
         found.collect()
