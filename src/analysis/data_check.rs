@@ -30,8 +30,8 @@ pub fn check_data(
     Ok(screened)
 }
 
-/// No guided session has more runs; of a recording with more, none is a repeat that somebody set.
-const MOST_RUNS: usize = 2_000;
+/// No guided session has more runs, or more in a cell; of a recording with more, none is a repeat that somebody set.
+const MOST_RUNS: (usize, u32) = (2_000, 50);
 
 /// What a session would have asked about its runs and loads; nothing where it was asked, and flagged.
 pub(super) fn asked_about_runs(
@@ -68,15 +68,13 @@ pub(super) fn asked_about_runs(
             });
             runs.len() - 1
         });
-        if runs.len() > MOST_RUNS {
+        if runs.len() > MOST_RUNS.0 {
             return None;
         }
         let readings = &mut runs[run].readings;
         let target = (first.step, first.branch, first.target_n.to_bits());
-        let under_it = readings.iter().rev();
-        let under_it = under_it
-            .take_while(|one| (one.step, one.branch, one.target_n.to_bits()) == target)
-            .count();
+        let last = readings.last();
+        let last = last.filter(|one| (one.step, one.branch, one.target_n.to_bits()) == target);
         let of_gauge = |axis: &Option<Direction>| {
             let mut load = load.iter();
             let read = load.find(|one| axis.is_none_or(|axis| one.direction == axis));
@@ -87,7 +85,7 @@ pub(super) fn asked_about_runs(
             step: first.step,
             branch: first.branch,
             target_n: first.target_n,
-            hold: under_it as u64,
+            hold: last.map_or(0, |last| last.hold + 1),
             force_n: first.force_n - preload_n.unwrap_or(0.0),
             displacement_m: axes.iter().map(of_gauge).collect(),
             is_flagged: false,
@@ -98,6 +96,9 @@ pub(super) fn asked_about_runs(
         scatter_m: is_made.then(stated_scatter_m),
         ..terms(axes, cells, &runs, header)
     };
+    if terms.repeats > MOST_RUNS.1 {
+        return None;
+    }
     let found: Vec<_> = RunCheck::new(terms, runs).all().collect();
     let first = found.first()?;
     Some(format!(

@@ -402,11 +402,13 @@ impl RunCheck {
         let scatter = self.differences_of(here.collect(), there.copied().collect());
         let gauges = 0..self.terms.gauges.len();
         let findings = gauges.flat_map(|gauge| {
-            let comparison = self.compare(run, &others, gauge, &scatter);
-            match comparison.filter(|of| of.loads.len() >= FEWEST_LOADS) {
-                Some(comparison) => self.findings(run, gauge, &comparison, &scatter, alike),
-                None => self.single_loads(run, &others, gauge, &scatter),
+            if run.readings.len() < FEWEST_LOADS {
+                return self.single_loads(run, &others, gauge, &scatter);
             }
+            let comparison = self.compare(run, &others, gauge, &scatter);
+            comparison.map_or_else(Vec::new, |of| {
+                self.findings(run, gauge, &of, &scatter, alike)
+            })
         });
         let findings = findings.collect();
         contradiction(run, findings)
