@@ -39,8 +39,8 @@ pub use stiffbench_diagnosis::{distribution, fit, mismatch, parameters, search};
 pub use stiffbench_figures as plot;
 pub use stiffbench_gauges as instrument;
 pub use stiffbench_measurement::{
-    calibration, import, load_cases, procedure, readings, specimen, stiffness, stiffness_list,
-    table_files,
+    calibration, import, load_cases, procedure, readings, run_check, specimen, stiffness,
+    stiffness_list, table_files,
 };
 pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;

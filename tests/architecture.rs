@@ -40,6 +40,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/measurement/src", "import", &["readings", "table_files", "load_cases", "specimen"]),
     ("crates/measurement/src", "calibration", &["readings", "table_files"]),
     ("crates/measurement/src", "procedure", &["readings"]),
+    ("crates/measurement/src", "run_check", &["procedure"]),
     ("crates/measurement/src", "stiffness", &["readings"]),
     ("crates/measurement/src", "stiffness_list", &["readings"]),
     ("crates/diagnosis/src", "search", &[]),

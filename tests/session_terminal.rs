@@ -111,9 +111,6 @@ fn control_c_once_ends_at_the_next_safe_point_and_resume_goes_on() {
         "5",
         "--speed",
         "20",
-        // The readings after the break may lie apart from those before.
-        "--answer",
-        "bad-reading=keep",
     ];
     let mut terminal = Terminal::start(desk.path(), &resume, (24, 80));
     terminal.wait_until("the question or the end", |screen| {

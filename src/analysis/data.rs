@@ -20,6 +20,7 @@ use crate::stiffness::{
 use crate::stiffness_list::{is_stiffness_list, read_stiffness_list};
 
 use super::calibration::GivenCalibration;
+use super::data_check::asked_about_runs;
 use super::error::{AnalysisError, ArgumentError};
 use super::files::{
     first_line, folder_of, is_file, is_there, read_bytes, read_text, session_file, shown,
@@ -366,6 +367,7 @@ impl LoadedSession {
         let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
         let today = options.calibration.day();
         warnings.extend(doubts_about_readings(&table, header.as_ref(), today));
+        warnings.extend(asked_about_runs(&table, header.as_ref()));
         let mut session = Self {
             origin: origin_of(table.origin.as_ref(), header.as_ref()),
             header,

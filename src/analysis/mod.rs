@@ -56,7 +56,7 @@ pub use data::{
     CalibrationCheck, Data, LoadedLoadCases, LoadedSession, OpenSettings, gauges_text,
     session_header,
 };
-pub use data_check::check_data;
+pub use data_check::{check_data, stated_scatter_m};
 pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
 pub use diagnose::{

@@ -7,6 +7,7 @@
 //! - [`table_files`]: tables as test machines, loggers, spreadsheets and people write them.
 //! - [`calibration`]: calibration of a gauge, given beside its readings.
 //! - [`import`]: tables of other programs to readings.
+//! - [`run_check`]: whether readings agree with their repeats, for sessions and for analysis.
 //! - [`stiffness`]: readings to measured stiffness. Contains no model.
 //! - [`stiffness_list`]: stiffness values that come without readings.
 
@@ -15,6 +16,7 @@ pub mod import;
 pub mod load_cases;
 pub mod procedure;
 pub mod readings;
+pub mod run_check;
 pub mod specimen;
 pub mod stiffness;
 pub mod stiffness_list;

@@ -1,15 +1,8 @@
 //! Whoever can compare the readings of a session with their repeats.
 
-use super::state::SessionState;
+pub use stiffbench_measurement::run_check::Contradiction;
 
-/// Readings of a run that its repeats contradict.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Contradiction {
-    /// Numbers of the readings, all of one run.
-    pub numbers: Vec<u32>,
-    /// Which they are, what was read and what would have been expected: one sentence for the operator.
-    pub text: String,
-}
+use super::state::SessionState;
 
 /// Holds the readings of a session against their repeats: the session itself knows no statistics.
 pub trait RepeatCheck {

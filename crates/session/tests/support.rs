@@ -106,6 +106,8 @@ pub(crate) struct MockBench {
     pub(crate) decimals: usize,
     /// Standard deviation of the noise of force and displacement gauges, N and m.
     pub(crate) noise_si: [f64; 2],
+    /// Standard deviation from load to load, m.
+    pub(crate) scatter_m: f64,
     /// By how much a preload differs from its target at most, N.
     pub(crate) preload_off_n: f64,
     /// What a run of a cell does otherwise.
@@ -183,6 +185,7 @@ impl Default for MockBench {
             by_display: false,
             decimals: 3,
             noise_si: [0.0; 2],
+            scatter_m: 0.0,
             preload_off_n: 0.0,
             runs: BTreeMap::new(),
             at: ((0, 1), 0),
@@ -211,7 +214,8 @@ impl MockBench {
                 let run = self.runs.get(&run).copied().unwrap_or_default();
                 let load = run.load.filter(|(at, _)| *at == step);
                 let off_m = if self.loaded {
-                    run.offset_m + load.map_or(0.0, |of| of.1)
+                    let scatter_m = self.scatter_m * normal((self.seed, self.at));
+                    run.offset_m + load.map_or(0.0, |of| of.1) + scatter_m
                 } else {
                     0.0
                 };
@@ -487,6 +491,18 @@ impl Rig {
         rig
     }
 
+    /// The bench scatters so much from load to load, m, and says so.
+    pub(crate) fn scatters(mut self, procedure: &Procedure, scatter_m: f64) -> Self {
+        self.bench.scatter_m = scatter_m;
+        let settings = Settings {
+            checks_repeats: true,
+            scatter_m: Some(scatter_m),
+            ..Settings::default()
+        };
+        self.machine = Machine::new(plan(procedure), settings, self.machine.state().clone());
+        self
+    }
+
     /// A new session with other settings.
     pub(crate) fn with_settings(procedure: &Procedure, settings: Settings) -> Self {
         let mut rig = Self::start(procedure);
@@ -515,6 +531,7 @@ impl Rig {
                 plan,
                 Settings {
                     checks_repeats: true,
+                    scatter_m: Some(bench.scatter_m).filter(|scatter_m| *scatter_m > 0.0),
                     ..Settings::default()
                 },
                 state,

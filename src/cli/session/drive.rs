@@ -9,7 +9,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::{
     ArgumentError, ResolvedModel, add_poses, check_specimen, header_sha256, sha256,
-    state_joint_values,
+    state_joint_values, stated_scatter_m,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -306,6 +306,7 @@ fn drive(
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         checks_repeats: repeats.is_some(),
+        scatter_m: ready.hand.as_ref().map(|_| stated_scatter_m()),
         lag_s,
         gauges: gauge_terms(&ready.instruments)?,
         warnings: ready.warnings.clone(),

@@ -355,7 +355,9 @@ impl Procedure {
 }
 
 impl Settle {
-    fn from_record(record: &SettleRecord) -> Self {
+    /// What the record of a session leaves open is as usual.
+    #[must_use]
+    pub fn from_record(record: &SettleRecord) -> Self {
         let default = Self::default();
         Self {
             force_tolerance_n: record

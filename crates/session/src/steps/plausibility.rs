@@ -3,11 +3,9 @@
 use crate::digits::FewDigits;
 use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
-use crate::run_scatter::is_unflagged;
+use crate::run_scatter::{check_of, gauge_number, is_unflagged, load_reading};
 use stiffbench_gauges::Channel;
-use stiffbench_numeric::statistics::{LeastSquaresLine, student_t_quantile};
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::Branch;
 
 use super::Machine;
 
@@ -44,21 +42,6 @@ const PROPORTION: f64 = 1.75;
 
 /// The same where only the push by hand gives the compliance.
 const PROPORTION_OF_PUSH: f64 = 3.0;
-
-/// Settling spreads below which a displacement is indistinguishable from its repeats.
-const NEAR_SPREADS: f64 = 3.0;
-
-/// Scatter between repeats that is expected before it is known, as a share of the displacement; it counts as [`PRIOR_FREEDOM`] repeats.
-const PRIOR_SHARE: f64 = 0.005;
-
-/// How many degrees of freedom that expectation is worth.
-const PRIOR_FREEDOM: f64 = 4.0;
-
-/// Chance that a repeat is asked about though nothing is wrong with it: a question in some ten thousand readings.
-const FALSE_QUESTION: f64 = 1e-4;
-
-/// A displacement is far from what the other loads of the cell let expect beyond this many settling spreads and this share.
-const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
 
 /// Settling spreads beyond which a displacement under no load is against the force.
 const AGAINST_SPREADS: f64 = 10.0;
@@ -375,91 +358,25 @@ impl Machine {
     /// A displacement that is off what its repeats, or the other loads, let expect.
     fn far_from_repeats(&self, taken: &TakenReading, channel: Channel) -> Option<CaptureCheck> {
         let displacement_m = taken.displacement_of(channel)?;
-        let settle = &self.plan.procedure.settle;
-        let spread_m = settle.spread_m;
-        let accepted = || {
-            // What was accepted against a question is no measure for others.
-            let all = self.state.accepted().filter(|kept| is_unflagged(kept));
-            let all = all.map(|kept| &kept.taken);
-            all.filter(|other| other.cell == taken.cell)
-        };
-        let alike = |one: &TakenReading, other: &TakenReading| {
-            (one.step, one.branch, one.target_n) == (other.step, other.branch, other.target_n)
-        };
-        let points = |of: &[&TakenReading]| {
-            let points = of.iter();
-            let points =
-                points.filter_map(|one| Some((one.force_n, one.displacement_of(channel)?)));
-            points.collect::<Vec<(f64, f64)>>()
-        };
-        let branch = accepted().filter(|other| other.branch == taken.branch);
-        let line = LeastSquaresLine::through(points(&branch.collect::<Vec<_>>()).into_iter())
-            .filter(|line| line.sxx > 1.0);
-        // Loads are never set exactly alike: each displacement counts as at the force of this reading.
-        let slope = line.map_or(0.0, |line| line.slope);
-        let at_this_force = |of: Vec<&TakenReading>, force_n: f64| {
-            let values = points(&of).into_iter();
-            let values = values.map(|(other_n, m)| m + slope * (force_n - other_n));
-            values.collect::<Vec<f64>>()
-        };
-        let repeats = accepted().filter(|other| alike(other, taken)).collect();
-        let repeats = at_this_force(repeats, taken.force_n);
-        let (expected_m, limit_m, what) = if repeats.is_empty() {
-            let loading = accepted().filter(|other| other.branch == Branch::Loading);
-            let points =
-                loading.filter_map(|other| Some((other.force_n, other.displacement_of(channel)?)));
-            let line_m = on_line(&points.collect::<Vec<_>>(), taken.force_n)?;
-            let (spreads, share) = FAR_FROM_LINE;
-            let limit_m = (spreads * spread_m).max(share * line_m.abs());
-            (line_m, limit_m, "the other loads")
-        } else {
-            let n = repeats.len() as f64;
-            let mean_m = repeats.iter().sum::<f64>() / n;
-            // What the force is not known by is that much displacement: a step of the gauge, or its tolerance where nothing shows the slope.
-            let digit = self.stream(Channel::Force).last.as_ref();
-            let band_m = if line.is_some() {
-                slope.abs() * digit.map_or(0.0, |last| last.resolution_si)
-            } else {
-                let known = self.compliance_m_per_n(taken.cell, channel);
-                known.map_or(0.0, |known| known.0) * 2.0 * settle.force_tolerance_n
-            };
-            let (mut squares, mut freedom) = (0.0, 0.0);
-            let mut seen: Vec<&TakenReading> = Vec::new();
-            for one in accepted() {
-                if seen.iter().any(|other| alike(one, other)) {
-                    continue;
-                }
-                seen.push(one);
-                let group = accepted().filter(|other| alike(one, other)).collect();
-                let group = at_this_force(group, one.force_n);
-                let mean_m = group.iter().sum::<f64>() / group.len() as f64;
-                squares += group.iter().map(|m| (m - mean_m).powi(2)).sum::<f64>();
-                freedom += group.len() as f64 - 1.0;
-            }
-            let prior_m = spread_m.max(PRIOR_SHARE * mean_m.abs());
-            let all = PRIOR_FREEDOM + freedom;
-            let sd_m = ((PRIOR_FREEDOM * prior_m.powi(2) + squares) / all).sqrt();
-            // There are degrees of freedom even before the first repeat.
-            let t = student_t_quantile(1.0 - 0.5 * FALSE_QUESTION, all).unwrap_or(f64::INFINITY);
-            let limit_m = t * sd_m * (1.0 + 1.0 / n).sqrt();
-            (
-                mean_m,
-                limit_m.max(NEAR_SPREADS * spread_m) + band_m,
-                "its repeats",
-            )
-        };
-        let off_m = (displacement_m - expected_m).abs();
-        (off_m > limit_m).then(|| CaptureCheck {
+        let reading = load_reading(taken, &self.state, &self.plan);
+        let prediction = check_of(&self.state, &self.plan, self.settings.scatter_m).predict(
+            (taken.cell, taken.repeat),
+            &reading,
+            gauge_number(&self.plan, channel),
+        )?;
+        let off_m = (displacement_m - prediction.expected_m).abs();
+        (off_m > prediction.limit_m).then(|| CaptureCheck {
             rule: "implausible",
             channel,
             text: format!(
-                "{}{:.1} um at {:.1} N is {:.0} um off the prediction from {what}.",
+                "{}{:.1} um at {:.1} N is {:.0} um off the prediction from {}.",
                 channel
                     .axis()
                     .map_or_else(String::new, |axis| format!("along {axis}, ")),
                 displacement_m * 1e6,
                 taken.force_n,
-                off_m * 1e6
+                off_m * 1e6,
+                prediction.what
             ),
             may_pass: false,
             still: None,
@@ -531,12 +448,6 @@ fn combined_chance(chances: impl Iterator<Item = f64>) -> f64 {
         term *= size / f64::from(k + 1);
     }
     chance
-}
-
-/// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.
-fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
-    let line = LeastSquaresLine::through(points.iter().copied())?;
-    (points.len() >= 3 && line.sxx > 1.0).then(|| line.at(force_n))
 }
 
 #[cfg(test)]

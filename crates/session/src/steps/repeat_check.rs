@@ -4,7 +4,7 @@ use crate::contradiction::Contradiction;
 use crate::decision::Flagged;
 use crate::event::Event;
 use crate::operator::{Answer, Prompt, PromptKind};
-use crate::run_scatter::{RunScatter, TAKEN_AGAIN, is_unflagged};
+use crate::run_scatter::{TAKEN_AGAIN, check_of, gauge_number, is_open, is_unflagged};
 
 use super::answers::Why;
 use super::{Action, Job, Machine};
@@ -20,25 +20,25 @@ impl Machine {
         let last = last
             .map(|kept| &kept.taken)
             .find(|taken| taken.cell == cell)?;
-        let scatter = RunScatter::new(&self.state, &self.plan);
         let is_known = self.repeats_checked == Some((cell, self.state.readings.len()));
-        (!is_known && !scatter.is_open(cell, last.repeat)).then_some(cell)
+        (!is_known && !is_open(&self.state, &self.plan, cell, last.repeat)).then_some(cell)
     }
 
     /// Compares the runs of a cell with those before them, and a cell that is complete as a diagnosis would.
     pub(super) fn check_repeats(&mut self, cell: usize, out: &mut Vec<Action>) {
-        let mut scatter = RunScatter::new(&self.state, &self.plan);
-        let (found, alike) = scatter.contradictions(cell);
+        let check = check_of(&self.state, &self.plan, self.settings.scatter_m);
+        let (found, alike) = check.contradictions(cell);
         let open = self.plan.next_open(&self.state, cell);
         let is_open = open.is_some_and(|(of, _)| of == cell);
-        let from = scatter.asked_from(cell).filter(|_| is_open);
+        let gauge = gauge_number(&self.plan, self.plan.leading(cell));
+        let from = check.asked_from(cell, gauge).filter(|_| is_open);
         if !is_open && !found.iter().any(|one| self.is_new(one)) {
             out.push(Action::CheckRepeats(cell));
         } else {
             self.repeats_checked(found, out);
         }
         let from = from.filter(|_| self.pending.is_none());
-        for text in alike.into_iter().chain(from.map(|from| from.text())) {
+        for text in alike.into_iter().chain(from) {
             self.notify(text, out);
         }
     }

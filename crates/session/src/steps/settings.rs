@@ -30,6 +30,8 @@ pub struct Settings {
     pub compression_sign: Option<f64>,
     /// Whether the readings of each cell are compared with their repeats once it is complete.
     pub checks_repeats: bool,
+    /// Scatter of readings from repeat to repeat, m, where the bench states it: one that is emulated.
+    pub scatter_m: Option<f64>,
     /// Drift of the zero beyond which is asked, m.
     pub drift_limit_m: f64,
     /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
@@ -71,6 +73,7 @@ impl Default for Settings {
             auto_capture: true,
             compression_sign: None,
             checks_repeats: false,
+            scatter_m: None,
             drift_limit_m: 10e-6,
             least_stale_s: 0.5,
             lag_s: lag_s(1.0),
