@@ -75,7 +75,6 @@ const REPLACED: &[(&str, &str, &[&str])] = &[
     ("Compound", "substructure", EVERYWHERE),
     ("Promise", "AcceptanceCriterion", EVERYWHERE),
     ("promises", "criteria", EVERYWHERE),
-    ("look_for_gauge_log", "find_gauge_log", EVERYWHERE),
     ("tell_branches", "assign_branches", EVERYWHERE),
     ("told", "the term for what is reported", &["crates/gauges/src/decode", "crates/session/src", "crates/diagnosis/src", "src"]),
 ];

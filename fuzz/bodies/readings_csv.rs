@@ -1,9 +1,5 @@
 //! Any bytes as a table of readings: no panic, errors with a line, and what is read survives being written.
-use stiffbench::readings::{
-    GaugeLogOptions, LoadSign, ReadOptions, ReadingsError, read_gauge_log, read_readings,
-    write_readings,
-};
-use stiffbench::test_point::{Direction, PoseId};
+use stiffbench::readings::{ReadOptions, ReadingsError, read_readings, write_readings};
 
 /// Tries some bytes.
 pub(crate) fn run(bytes: &[u8]) {
@@ -20,13 +16,4 @@ pub(crate) fn run(bytes: &[u8]) {
         Err(ReadingsError::Empty { .. }) => {}
         Err(error) => assert!(error.line().is_some_and(|line| line > 0)),
     }
-    let log = GaugeLogOptions {
-        pose: PoseId::new("P1"),
-        direction: Direction::X,
-        repeat: 1,
-        sign: LoadSign::Negative,
-        text: ReadOptions::default(),
-    };
-    // Either answer will do.
-    let _ = read_gauge_log("fuzz.log", bytes, &log);
 }

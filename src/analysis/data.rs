@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{ImportMapping, VectorText};
+use crate::import::{
+    ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, VectorText,
+};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
-    GaugeLogOptions, OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader,
-    is_vector_table, read_gauge_log, read_readings, read_vector_readings, write_readings,
+    OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader, is_vector_table,
+    read_readings, read_vector_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -53,11 +55,9 @@ pub struct OpenSettings {
     pub trust_csv: bool,
     /// Whether the gauges must be calibrated.
     pub calibration: CalibrationCheck,
-    /// The file is a gauge's own log, which names neither pose nor direction.
-    pub gauge_log: Option<GaugeLogOptions>,
     /// Calibration of the gauges, beside what the session states.
     pub gauges: GivenCalibration,
-    /// What the columns of a table of vectors under names of its own mean.
+    /// What the columns of a table of another program mean, and what holds for all its rows.
     pub columns: ImportMapping,
 }
 
@@ -300,7 +300,7 @@ impl LoadedSession {
         Self::open_gauges(path, options, true)
     }
 
-    /// Opens a session folder, a readings file, or a gauge's own log.
+    /// Opens a session folder, a readings file, or a table of another program.
     ///
     /// # Errors
     /// For data that are not there or cannot be read, a list of stiffness values, a table that differs from its journal, and an
@@ -326,41 +326,45 @@ impl LoadedSession {
         let folder = folder_of(&file);
         let name = shown(&file);
         let bytes = read_bytes(&file)?;
-        let own = options
-            .gauge_log
-            .is_none()
-            .then(|| own_names(&name, &bytes, options));
-        let own = own.transpose()?.flatten();
+        let own = own_names(&name, &bytes, options)?;
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
-        let of_vectors = options.gauge_log.is_none() && is_vector_table(text);
+        let of_vectors = is_vector_table(text);
         if of_vectors && !takes_several {
             return Err(AnalysisError::Vectors { path: file });
         }
         if of_vectors {
             options.gauges.refuse(&name)?;
         }
-        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path, options) {
+        if LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let mut table = match &options.gauge_log {
-            Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
-            None if of_vectors => read_vector_readings(&name, text)?,
-            None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
+        let is_foreign = !of_vectors && options.columns != ImportMapping::default();
+        let (mut table, poses, mut warnings) = if is_foreign {
+            let imported = of_other_program(&name, &bytes, &options.columns)?;
+            let notes = imported.notes.iter().map(ToString::to_string);
+            (imported.table, imported.poses, notes.collect())
+        } else {
+            let table = if of_vectors {
+                read_vector_readings(&name, text)?
+            } else {
+                read_readings(&name, bytes.as_slice(), &ReadOptions::default())?
+            };
+            let assumed = table.assumptions.iter();
+            let assumed = assumed.map(|assumption| format!("assumed: {assumption}"));
+            let assumed: Vec<String> = assumed.collect();
+            (table, Vec::new(), assumed)
         };
-        let mut warnings: Vec<String> = table
-            .assumptions
-            .iter()
-            .map(|assumption| format!("assumed: {assumption}"))
-            .collect();
         warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
         let notes = table.notes.iter().filter(|_| !of_vectors);
         warnings.extend(notes.map(ToString::to_string));
         let mut header = session_header(&folder, &mut warnings)?;
+        if !poses.is_empty() {
+            let header = header.get_or_insert_default();
+            header.procedure.get_or_insert_default().joint_values = poses;
+        }
         let mut differs_from_journal = false;
-        if file.file_name().is_some_and(|name| name == "readings.csv")
-            && options.gauge_log.is_none()
-        {
+        if file.file_name().is_some_and(|name| name == "readings.csv") && !is_foreign {
             let check = compare_with_journal(&folder, &table, header.as_ref())?;
             differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
@@ -507,6 +511,28 @@ fn own_names(
     options: &OpenSettings,
 ) -> Result<Option<VectorText>, AnalysisError> {
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
+}
+
+/// A table of another program as `import` reads it; where the displacement goes against the force throughout, the gauges count in opposite
+/// directions, and the displacement is turned.
+fn of_other_program(
+    name: &str,
+    bytes: &[u8],
+    columns: &ImportMapping,
+) -> Result<ImportedReadings, AnalysisError> {
+    let read = |mapping: &ImportMapping| {
+        let draft = ImportDraft::read(&[(name, bytes)], None, mapping)?;
+        draft.finish(&format!("stiffbench import {name} --out FOLDER"))
+    };
+    let imported = read(columns)?;
+    if !imported.notes.contains(&ImportNote::AgainstForce) {
+        return Ok(imported);
+    }
+    let turned = ImportMapping {
+        flip: vec![ImportedQuantity::Displacement],
+        ..columns.clone()
+    };
+    Ok(read(&turned)?)
 }
 
 /// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.

@@ -6,7 +6,7 @@ use crate::bench::NoiseModel;
 use crate::count::counted;
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
 use crate::procedure::Settle;
-use crate::readings::{Reading, ReadingTable, SessionHeader};
+use crate::readings::{Instruments, Reading, ReadingTable, SessionHeader};
 use crate::run_check::{LoadReading, LoadedRun, RunCheck, RunTerms};
 use crate::test_point::Direction;
 
@@ -126,7 +126,7 @@ fn terms(
 ) -> RunTerms {
     let instruments = header.map(|header| &header.instruments);
     let step = |name: &str| {
-        let mut named = instruments.into_iter().flat_map(|all| all.named());
+        let mut named = instruments.into_iter().flat_map(Instruments::named);
         let record = named.find(|(of, _)| *of == name);
         record
             .and_then(|(_, record)| record.resolution)

@@ -7,12 +7,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench::NoiseShape;
 use crate::least_squares::SigmaMode;
-use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
 use crate::stiffness::Branches;
-use crate::test_point::{Direction, PoseId};
 
-use super::calibration_args::CalibrationArgs;
 use super::compare::CompareArgs;
+use super::data_args::DataArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
 use super::gauge::GaugeArgs;
@@ -28,7 +26,7 @@ use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
-use crate::analysis::{ArgumentError, BootstrapOver};
+use crate::analysis::BootstrapOver;
 use crate::report::VERSION;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
@@ -161,55 +159,13 @@ impl ModelArgs {
     }
 }
 
-/// How a gauge's own log is read.
-#[derive(Debug, Clone, Default, Args)]
-pub(super) struct LogArgs {
-    /// Pose of a gauge log, which does not state it
-    #[arg(long)]
-    pub(super) pose: Option<String>,
-    /// Direction of a gauge log
-    #[arg(long)]
-    pub(super) direction: Option<Direction>,
-    /// Repeat of a gauge log
-    #[arg(long, default_value_t = 1)]
-    pub(super) repeat: u32,
-    /// The load of a gauge log pulls along the positive axis [default: it pushes against it]
-    #[arg(long)]
-    pub(super) positive: bool,
-}
-
-impl LogArgs {
-    /// What the log does not say; `None` without pose and direction.
-    pub(super) fn options(&self) -> Result<Option<GaugeLogOptions>, ArgumentError> {
-        match (&self.pose, self.direction) {
-            (Some(pose), Some(direction)) => Ok(Some(GaugeLogOptions {
-                pose: PoseId::new(pose),
-                direction,
-                repeat: self.repeat,
-                sign: if self.positive {
-                    LoadSign::Positive
-                } else {
-                    LoadSign::Negative
-                },
-                text: ReadOptions::default(),
-            })),
-            (None, None) => Ok(None),
-            _ => Err(ArgumentError::new(
-                "--pose and --direction",
-                "a gauge's own log needs both",
-                "stiffbench stiffness LOG --pose P1 --direction x",
-            )),
-        }
-    }
-}
-
 /// Arguments of `stiffness`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --pose P1 --direction x"
+    after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --direction x"
 )]
 pub(super) struct StiffnessArgs {
-    /// Session folder, readings file, or gauge log
+    /// Session folder, readings file, or table of another program
     pub(super) data: PathBuf,
     /// Branches to use
     #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
@@ -231,12 +187,9 @@ pub(super) struct StiffnessArgs {
     /// Write the figure of load against displacement into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
-    /// For gauge logs.
+    /// How the data are read.
     #[command(flatten)]
-    pub(super) log: LogArgs,
-    /// Calibration of the gauges.
-    #[command(flatten)]
-    pub(super) calibration: CalibrationArgs,
+    pub(super) reading: DataArgs,
 }
 
 /// Fitting method.
@@ -324,9 +277,9 @@ pub(super) struct FitArgs {
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
-    /// Calibration of the gauges.
+    /// How the data are read.
     #[command(flatten)]
-    pub(super) calibration: CalibrationArgs,
+    pub(super) reading: DataArgs,
 }
 
 /// Distribution of the errors.

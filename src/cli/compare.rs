@@ -12,7 +12,7 @@ use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, compare};
 
 use super::args::Global;
-use super::calibration_args::CalibrationArgs;
+use super::data_args::DataArgs;
 use super::failure::Failure;
 use super::figure_files::write_figures;
 use super::outcome::Outcome;
@@ -39,7 +39,7 @@ pub(super) struct CompareArgs {
     page: PageArgs,
     /// Calibration of the gauges, the same in both sessions.
     #[command(flatten)]
-    calibration: CalibrationArgs,
+    reading: DataArgs,
 }
 
 /// The comparison of two sessions, the gauges they share, and words for sessions of two robots.
@@ -63,7 +63,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
             "add --report FILE, or leave them out",
         );
     }
-    let options = args.calibration.open_settings(global)?;
+    let options = args.reading.open_settings(global)?;
     let [a, b] = [
         LoadedSession::open(&args.a, &options)?,
         LoadedSession::open(&args.b, &options)?,
@@ -97,7 +97,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
             [&args.a, &args.b],
             &comparison,
             two,
-            (&args.page, &args.calibration),
+            (&args.page, &args.reading),
             (out, global),
         );
         let page = written.map_err(|failure| failure.with_warnings(&warnings))?;

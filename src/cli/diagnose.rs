@@ -45,7 +45,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         };
         return part::diagnosed(&args.data, &options, &search, (&args.results()?, global));
     }
-    let settings = args.calibration.open_settings(global)?;
+    let settings = args.reading.open_settings(global)?;
     let first = Data::open(&args.data, &settings)?;
     if !matches!(first, Data::Readings(_)) {
         let of_runs = [("--earlier", !args.earlier.is_empty())];

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::args::ModelArgs;
-use super::calibration_args::CalibrationArgs;
+use super::data_args::DataArgs;
 use super::parameter_args::ParameterArgs;
 use super::pose_args::PoseRulesArgs;
 use super::specimen_args::SpecimenArgs;
@@ -48,9 +48,9 @@ pub(super) struct DiagnoseArgs {
     /// Write no figures
     #[arg(long)]
     pub(super) no_figures: bool,
-    /// Calibration of the gauges.
+    /// How the data are read.
     #[command(flatten)]
-    pub(super) calibration: CalibrationArgs,
+    pub(super) reading: DataArgs,
     /// Which poses may be proposed.
     #[command(flatten)]
     pub(super) rules: PoseRulesArgs,

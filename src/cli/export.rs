@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use jiff::Timestamp;
 
-use crate::analysis::{
-    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, SessionTable, gauges_text, sha256,
-};
+use crate::analysis::{Inputs, LoadedLoadCases, LoadedSession, SessionTable, gauges_text, sha256};
 use crate::export::tidy::{
     PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
     ro_crate, stiffness_tables, vector_stiffness_tables, xlsx,
@@ -17,7 +15,8 @@ use crate::readings::OverdueGauge;
 use crate::report::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 use crate::stiffness::{Branches, StiffnessReport};
 
-use super::args::{Global, LogArgs};
+use super::args::Global;
+use super::data_args::DataArgs;
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::option_values::{BRANCHES, one_of};
@@ -29,7 +28,7 @@ use super::outcome::Outcome;
     after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n  stiffbench export my-session --ro-crate --out my-crate\n\nTables: readings, stiffness (with u and U), budget, loads, flags. docs/export.md and datapackage.json explain the columns."
 )]
 pub(super) struct DataExportArgs {
-    /// Session folder, readings file, load cases, or gauge log
+    /// Session folder, readings file, load cases, or table of another program
     data: PathBuf,
     /// Folder to write into; it must be new or empty
     #[arg(long, value_name = "FOLDER")]
@@ -43,9 +42,9 @@ pub(super) struct DataExportArgs {
     /// Branches used for the stiffness
     #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
     branches: Branches,
-    /// For gauge logs.
+    /// How the data are read.
     #[command(flatten)]
-    log: LogArgs,
+    reading: DataArgs,
 }
 
 /// What is exported.
@@ -185,12 +184,9 @@ fn parquet_of(_about: &TableProvenance, _table: &TidyTable) -> Result<Vec<u8>, F
 
 /// Opens the data and makes their tables.
 fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
-    let settings = OpenSettings {
-        gauge_log: args.log.options()?,
-        ..global.open_settings()
-    };
+    let settings = args.reading.open_settings(global)?;
     let branches = args.branches;
-    if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data, &settings) {
+    if LoadedLoadCases::is_at(&args.data, &settings) {
         return Ok(of_load_cases(&LoadedLoadCases::open(
             &args.data, &settings,
         )?));

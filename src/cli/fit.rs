@@ -24,7 +24,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         MethodArg::Paper => StiffnessMethod::PaperMean,
     };
     refuse_what_the_method_ignores(args)?;
-    let settings = args.calibration.open_settings(global)?;
+    let settings = args.reading.open_settings(global)?;
     let data = Data::open(&args.data, &settings)?;
     match &data {
         Data::LoadCases(_) => refuse_what_needs_cells(args)?,

@@ -52,7 +52,6 @@ impl Global {
             } else {
                 CalibrationCheck::Warn(today())
             },
-            gauge_log: None,
             gauges: GivenCalibration::default(),
         }
     }

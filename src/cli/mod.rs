@@ -1,11 +1,11 @@
 //! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
 pub mod args;
-mod calibration_args;
 pub mod colour;
 mod compare;
 mod complete;
 mod config;
+mod data_args;
 mod demo;
 mod diagnose;
 mod diagnose_args;

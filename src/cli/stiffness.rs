@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::analysis::{ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
+use crate::analysis::{ArgumentError, Inputs, LoadedSession, doubts_about_stiffness};
 use crate::readings::{Reading, ReadingTable};
 use crate::report::{VectorStiffnessReport, load_displacement_figure, stiffness_document};
 use crate::stiffness::{Branches, StiffnessReport};
@@ -15,10 +15,7 @@ use crate::count::counted;
 
 /// Readings to stiffness.
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
-    let options = OpenSettings {
-        gauge_log: args.log.options()?,
-        ..args.calibration.open_settings(global)?
-    };
+    let options = args.reading.open_settings(global)?;
     let branches = args.branches;
     let mut session = LoadedSession::open_series(&args.data, &options)?;
     let note = keep(&mut session.table, &(args.from_load..=args.to_load))?;

@@ -19,8 +19,6 @@ const COMMON: &[Common] = &[
     ("answer-file", &["FILE"], &["answers to questions, given beforehand"]),
     ("answer", &["ID=VALUE"], &["answer to a question, given beforehand"]),
     ("branches", &["BRANCHES"], &["branches to use", "branches used"]),
-    ("positive", &[], &["load of a gauge"]),
-    ("repeat", &["REPEAT"], &["repeat of a gauge"]),
     ("baud", &["BAUD"], &["baud rate"]),
     ("fit", &["FILE"], &["output of stiffbench fit --json"]),
     ("base-radius-mm", &["MM"], &["distance of the tool from the vertical through the base"]),

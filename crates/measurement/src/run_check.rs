@@ -216,7 +216,7 @@ impl RunCheck {
             differences: Vec::new(),
         };
         let whole = (0..check.runs.len()).filter(|at| check.runs[*at].is_whole);
-        check.differences = check.differences_of(whole.collect(), Vec::new());
+        check.differences = check.differences_of(&whole.collect::<Vec<_>>(), Vec::new());
         check
     }
 
@@ -226,7 +226,7 @@ impl RunCheck {
         let mut alike = Vec::new();
         let all = self.before(self.runs.len(), cell, None);
         // Of two runs that contradict each other the later is asked about.
-        let from = if all.len() == 2 { 1 } else { 0 };
+        let from = usize::from(all.len() == 2);
         let found = all[from..].iter();
         let found = found.filter_map(|at| self.judged(*at, &mut alike));
         let mut found: Vec<(f64, Contradiction)> = found.collect();
@@ -355,7 +355,7 @@ impl RunCheck {
         let here = (0..self.runs.len()).filter(is_here);
         let here = here.filter(|of| self.runs[*of].repeat != run.repeat);
         let there = self.differences.iter().filter(|of| of.cell != run.cell);
-        let scatter = self.differences_of(here.collect(), there.copied().collect());
+        let scatter = self.differences_of(&here.collect::<Vec<_>>(), there.copied().collect());
         let gauges = 0..self.terms.gauges.len();
         let findings = gauges.flat_map(|gauge| {
             if run.readings.len() < FEWEST_LOADS {
@@ -405,7 +405,7 @@ impl RunCheck {
     /// How much runs differ from those before them, beside what is known.
     fn differences_of(
         &self,
-        runs: Vec<usize>,
+        runs: &[usize],
         mut known: Vec<RunDifference>,
     ) -> Vec<RunDifference> {
         for (place, at) in runs.iter().enumerate() {

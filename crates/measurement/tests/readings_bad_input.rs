@@ -311,16 +311,6 @@ fn an_open_quote() {
 }
 
 #[test]
-fn a_gauge_log_is_not_a_table() {
-    let text = "8/14/2026  10:46 AM\r\nUnits: N\r\nReading\tLoad\tTravel\tTime\r\n1\t0.02\t0.000\t0.000\r\n";
-    let (code, line, _) = error(read(text));
-    assert_eq!(
-        (code.as_str(), line),
-        ("stiffbench::readings::gauge_log", Some(3))
-    );
-}
-
-#[test]
 fn what_does_not_count_is_listed() {
     let text = format!(
         "{FIVE},status,colour\n# first try\nP1,x,1,0,0,superseded,red\n\nP1,x,1,0,1,,red\nP1,x,1,-10,9,Rejected,\n"

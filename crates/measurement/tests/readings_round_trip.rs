@@ -2,9 +2,8 @@
 
 use proptest::prelude::*;
 use stiffbench_measurement::readings::{
-    Column, DecimalSign, Delimiter, GaugeLogOptions, LoadSign, ReadOptions, Reading, ReadingStatus,
-    ReadingTable, ReadingText, ReadingsError, RunNumbers, read_gauge_log, read_readings,
-    write_readings,
+    Column, DecimalSign, Delimiter, ReadOptions, Reading, ReadingStatus, ReadingTable, ReadingText,
+    ReadingsError, RunNumbers, read_readings, write_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -269,14 +268,6 @@ proptest! {
             decimal: Some(DecimalSign::Comma),
         };
         assert_answered(read_readings("t.csv", &bytes[..], &options));
-        let log = GaugeLogOptions {
-            pose: PoseId::new("P1"),
-            direction: Direction::X,
-            repeat: 1,
-            sign: LoadSign::Negative,
-            text: ReadOptions::default(),
-        };
-        assert_answered(read_gauge_log("t.log", &bytes[..], &log));
     }
 }
 

@@ -5,9 +5,9 @@ use std::fs;
 use jiff::civil::date;
 use miette::Diagnostic;
 use stiffbench_measurement::readings::{
-    Assumption, AssumptionNote, Column, Delimiter, GaugeLogOptions, LoadOrder, LoadSign,
-    ReadOptions, ReadSession, ReadingStatus, ReadingTable, RepeatOrder, SessionFileError,
-    SessionHeader, ZeroScope, read_gauge_log, read_readings, write_readings,
+    Assumption, AssumptionNote, Column, Delimiter, LoadOrder, ReadOptions, ReadSession,
+    ReadingStatus, ReadingTable, RepeatOrder, SessionFileError, SessionHeader, ZeroScope,
+    read_readings, write_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -115,30 +115,6 @@ fn a_full_table_is_read_and_written_as_it_was() {
     assert_eq!(
         String::from_utf8(written),
         String::from_utf8(fixture("full/readings.csv"))
-    );
-}
-
-#[test]
-fn a_gauge_log_is_read_into_a_named_cell() {
-    let options = GaugeLogOptions {
-        pose: PoseId::new("P1"),
-        direction: Direction::X,
-        repeat: 3,
-        sign: LoadSign::Negative,
-        text: ReadOptions::default(),
-    };
-    let table = read_gauge_log("gauge.log", &fixture("gauge.log")[..], &options).unwrap();
-    // 4.50 lbf and 0.0236 in, with the factors of NIST SP 811.
-    assert!((table.readings[3].force_n + 4.5 * 4.448_222).abs() < 1e-5);
-    assert!((table.readings[3].displacement_m + 0.0236 * 0.0254).abs() < 1e-12);
-    let branches: Vec<Branch> = table
-        .readings
-        .iter()
-        .map(|reading| reading.branch)
-        .collect();
-    assert_eq!(
-        branches[3..],
-        [Branch::Loading, Branch::Unloading, Branch::Unloading]
     );
 }
 

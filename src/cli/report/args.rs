@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 
 use crate::analysis::ArgumentError;
 use crate::cli::args::ModelArgs;
-use crate::cli::calibration_args::CalibrationArgs;
+use crate::cli::data_args::DataArgs;
 use crate::report::page::PageFormat;
 
 /// Arguments of `report`.
@@ -63,9 +63,9 @@ pub(super) struct MakeArgs {
     /// What reports share.
     #[command(flatten)]
     pub(super) page: PageArgs,
-    /// Calibration of the gauges.
+    /// How the data are read.
     #[command(flatten)]
-    pub(super) calibration: CalibrationArgs,
+    pub(super) reading: DataArgs,
     /// Print a report.toml to fill in
     #[arg(long)]
     pub(super) details_template: bool,

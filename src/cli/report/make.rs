@@ -6,7 +6,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::{AnalysisError, ArgumentError, is_dash};
 use crate::cli::args::Global;
-use crate::cli::calibration_args::CalibrationArgs;
+use crate::cli::data_args::DataArgs;
 use crate::cli::export::check_free;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{check_new, write};
@@ -33,14 +33,14 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         seed: args.seed,
         no_diagnosis: args.no_diagnosis,
         trust_csv: global.trust_csv,
-        calibration: args.calibration.words(),
+        calibration: args.reading.words(),
         ..PageSettings::default()
     };
     let out = args.out.clone();
     let out = out.unwrap_or_else(|| usual_file(&args.data, format));
     let template = template(args.page.template.as_deref(), format)?;
     let settings = args.page.clone().into_settings(settings)?;
-    let open = open_settings(&args.calibration, global)?;
+    let open = open_settings(&args.reading, global)?;
     check_new(&out)?;
     if let Some(folder) = &args.figures {
         check_free(folder)?;
@@ -73,21 +73,18 @@ pub(in crate::cli) fn write_comparison(
     data: [&Path; 2],
     comparison: &Comparison,
     two_robots: bool,
-    (args, calibration): (&PageArgs, &CalibrationArgs),
+    (args, reading): (&PageArgs, &DataArgs),
     (out, global): (&Path, &Global),
 ) -> Result<ReportPage, Failure> {
     check_new(out)?;
     let settings = PageSettings {
         trust_csv: global.trust_csv,
-        calibration: calibration.words(),
+        calibration: reading.words(),
         ..PageSettings::default()
     };
     let settings = args.clone().into_settings(settings)?;
     let template = template(args.template.as_deref(), PageFormat::Html)?;
-    let source = PageSource::open(
-        &data.map(Path::to_owned),
-        &open_settings(calibration, global)?,
-    )?;
+    let source = PageSource::open(&data.map(Path::to_owned), &open_settings(reading, global)?)?;
     let page = comparison_page(
         &source,
         comparison,

@@ -15,7 +15,7 @@ use crate::report::page::{
 use crate::source_text::SourceText;
 
 use super::args::Global;
-use super::calibration_args::CalibrationArgs;
+use super::data_args::DataArgs;
 use super::failure::{CliError, Failure};
 use super::figure_files;
 use super::global::today;
@@ -42,10 +42,10 @@ pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure
 }
 
 /// How the data of a report are opened: an overdue calibration stands on the page.
-fn open_settings(calibration: &CalibrationArgs, global: &Global) -> Result<OpenSettings, Failure> {
+fn open_settings(reading: &DataArgs, global: &Global) -> Result<OpenSettings, Failure> {
     Ok(OpenSettings {
         calibration: CalibrationCheck::Name(today()),
-        ..calibration.open_settings(global)?
+        ..reading.open_settings(global)?
     })
 }
 

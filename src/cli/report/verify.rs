@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
-use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::compare::compared;
+use crate::cli::data_args::DataArgs;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::report::page::{
@@ -49,8 +49,8 @@ fn again(
     template: &PageTemplate,
     global: &Global,
 ) -> Result<ReportPage, Failure> {
-    let calibration = CalibrationArgs::of_words(&settings.calibration)?;
-    let mut options = open_settings(&calibration, global)?;
+    let reading = DataArgs::of_words(&settings.calibration)?;
+    let mut options = open_settings(&reading, global)?;
     options.trust_csv |= settings.trust_csv;
     let hash = template.sha256();
     if page.is_comparison() {

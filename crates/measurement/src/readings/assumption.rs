@@ -74,22 +74,6 @@ pub enum Assumption {
         /// The earlier line.
         first_line: u32,
     },
-    /// A gauge's log belongs to the cell and repeat the caller named.
-    CellGiven {
-        /// The cell.
-        cell: Cell,
-        /// The repeat.
-        repeat: u32,
-    },
-    /// In a gauge's log, what follows the largest load is unloading.
-    SplitAtLargestLoad {
-        /// Line of the largest load.
-        line: u32,
-    },
-    /// The signs of a column were turned so that the largest load has the sign the caller named.
-    SignTurned(Column),
-    /// A gauge's log does not name the unit of its times; seconds were taken.
-    TimeInSeconds,
 }
 
 impl fmt::Display for Assumption {
@@ -138,12 +122,6 @@ impl fmt::Display for Assumption {
                 f,
                 "line {line} repeats line {first_line} word for word; both are kept as separate readings"
             ),
-            Self::CellGiven { cell, repeat } => write!(f, "the log belongs to {cell}, repeat {repeat}"),
-            Self::SplitAtLargestLoad { line } => {
-                write!(f, "readings after the largest load, line {line}, are unloading")
-            }
-            Self::SignTurned(column) => write!(f, "the sign of `{column}` was reversed"),
-            Self::TimeInSeconds => f.write_str("times without a unit are seconds"),
         }
     }
 }
@@ -218,10 +196,6 @@ pub enum AssumptionNote {
         /// First of their lines.
         line: u32,
     },
-    /// A time of day without a zone, which was not used.
-    LocalTime(String),
-    /// A line of a gauge's log above the column names that was not used.
-    LogLine(String),
 }
 
 impl fmt::Display for AssumptionNote {
@@ -246,10 +220,6 @@ impl fmt::Display for AssumptionNote {
                 "identical in every number to an earlier row of the same run: {}, first in line {line}; was part of the file pasted twice?",
                 counted(readings, "reading")
             ),
-            Self::LocalTime(text) => {
-                write!(f, "the local time `{text}` has no zone and is not used")
-            }
-            Self::LogLine(text) => write!(f, "the line `{text}` of the log is not used"),
         }
     }
 }

@@ -295,32 +295,6 @@ pub enum ReadingsError {
         #[help]
         advice: String,
     },
-    /// A gauge's own log where a table of readings was expected.
-    #[error(
-        "{file}, line {line}: this is the log of a force gauge, which lacks pose, direction and repeat"
-    )]
-    #[diagnostic(
-        code(stiffbench::readings::gauge_log),
-        help("name the cell it belongs to: pose, direction and repeat")
-    )]
-    GaugeLog {
-        /// The file.
-        file: String,
-        /// Line of the column names.
-        line: u32,
-    },
-    /// No line with the column names of a gauge's log.
-    #[error(
-        "{file}: no line of column names `Reading`, `Load`, `Travel`, `Time`, separated by tabs"
-    )]
-    #[diagnostic(
-        code(stiffbench::readings::not_a_gauge_log),
-        help("a table with pose, direction and repeat is read without naming a cell")
-    )]
-    NotAGaugeLog {
-        /// The file.
-        file: String,
-    },
     /// A number that a file cannot hold.
     #[error("reading {seq}: {column} is {value}, which a table cannot hold")]
     #[diagnostic(
@@ -363,8 +337,7 @@ impl ReadingsError {
             | Self::FieldCount { line, .. }
             | Self::DuplicateReading { line, .. }
             | Self::SeveralSessions { line, .. }
-            | Self::UnknownPose { line, .. }
-            | Self::GaugeLog { line, .. } => Some(*line),
+            | Self::UnknownPose { line, .. } => Some(*line),
             Self::MissingValue { cell, .. }
             | Self::BadValue { cell, .. }
             | Self::NotFinite { cell }
@@ -372,7 +345,6 @@ impl ReadingsError {
             Self::Empty { .. }
             | Self::Spreadsheet { .. }
             | Self::TooLong { .. }
-            | Self::NotAGaugeLog { .. }
             | Self::NotWritable { .. }
             | Self::Write { .. } => None,
         }

@@ -3,7 +3,6 @@
 use super::assumption::Assumption;
 use super::column::{Column, NamedColumn, understand};
 use super::error::ReadingsError;
-use super::log_columns::is_log_header;
 use super::number::Conversion;
 use super::text_table::RecordTable;
 use stiffbench_units_and_text::nearest::{listed_names, nearest};
@@ -26,11 +25,7 @@ impl ColumnHeader {
         if !text.next_header()? {
             return Err(ReadingsError::Empty { file });
         }
-        let result = Self::from_names(&file, text.header_line, text.names.clone());
-        if matches!(result, Err(ReadingsError::MissingColumn { .. })) {
-            find_gauge_log(file, text)?;
-        }
-        result
+        Self::from_names(&file, text.header_line, text.names.clone())
     }
 
     fn from_names(file: &str, line: u32, names: Vec<String>) -> Result<Self, ReadingsError> {
@@ -129,7 +124,7 @@ impl ColumnHeader {
             (file, stem)
         };
         advice.push(format!(
-            "stiffbench import {named} --out {stem}-session takes columns of other names"
+            "columns of other names are read where --direction, --pose or --map state what is missing, and by stiffbench import {named} --out {stem}-session"
         ));
         let others: Vec<String> = others
             .iter()
@@ -187,26 +182,6 @@ impl ColumnHeader {
             })
             .collect()
     }
-}
-
-/// Looks for the column names of a gauge's log here and in the next lines, so that its user learns what it is.
-///
-/// # Errors
-/// [`ReadingsError::GaugeLog`] if they are there.
-fn find_gauge_log(file: String, text: &mut RecordTable<'_>) -> Result<(), ReadingsError> {
-    // Logs have five or six lines above their table.
-    const LINES: usize = 20;
-    for _ in 0..LINES {
-        if is_log_header(&text.names) {
-            let line = text.header_line;
-            return Err(ReadingsError::GaugeLog { file, line });
-        }
-        // What is wrong further down matters less than the missing column.
-        if !text.next_header().unwrap_or(false) {
-            break;
-        }
-    }
-    Ok(())
 }
 
 fn wrong_unit(file: &str, line: u32, name: &str, column: Column, unit: String) -> ReadingsError {

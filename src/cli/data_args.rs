@@ -1,4 +1,4 @@
-//! Calibration of the gauges, as options of every analysis that opens readings.
+//! How data are read: columns of other names, calibration of the gauges; options of every analysis.
 
 use std::path::{Path, PathBuf};
 
@@ -17,10 +17,10 @@ use super::failure::Failure;
 use super::import::column_pairs;
 use super::session::instrument_records;
 
-/// Calibration of the gauges.
+/// How data are read.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Calibration of the gauges")]
-pub(super) struct CalibrationArgs {
+pub(super) struct DataArgs {
     /// Expanded uncertainty of the force gauge for k = 2, common to all its readings, for example 0.3N; limit=0.3N for limits of error (rectangular distribution)
     #[arg(long, value_name = "U")]
     force_u: Option<String>,
@@ -36,20 +36,26 @@ pub(super) struct CalibrationArgs {
     /// Instrument records in the form of session.toml, instead of the session's
     #[arg(long, value_name = "FILE")]
     instrument_records: Option<PathBuf>,
-    /// Columns of a table of vectors under names of its own, WHAT=COLUMN,...: pose, joint.NAME, force_x, moment_x, displacement_x, rotation_x, position_x, and along y and z; give a column by name or number
+    /// Columns of a table of another program, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, joint.NAME; of vectors force_x, moment_x, displacement_x, rotation_x, position_x, and along y and z; give a column by name or number
     #[arg(long, value_name = "WHAT=COLUMN", help_heading = "Data")]
     map: Vec<String>,
+    /// Pose of all rows of a table of another program, if no column states it
+    #[arg(long, help_heading = "Data")]
+    pose: Option<String>,
+    /// Direction of all rows of a table of another program: x, y, z, or -x for loads counted along the negative axis
+    #[arg(long, help_heading = "Data", allow_hyphen_values = true)]
+    direction: Option<String>,
 }
 
-/// Options on calibration alone, as a report records them.
+/// These options alone, as a report records them.
 #[derive(Debug, Parser)]
 #[command(no_binary_name = true)]
-struct RecordedCalibration {
+struct RecordedOptions {
     #[command(flatten)]
-    options: CalibrationArgs,
+    options: DataArgs,
 }
 
-impl CalibrationArgs {
+impl DataArgs {
     /// The options as they are typed: names and values in turn.
     pub(super) fn words(&self) -> Vec<String> {
         let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
@@ -62,6 +68,8 @@ impl CalibrationArgs {
                 path(&self.displacement_calibration),
             ),
             ("--instrument-records", path(&self.instrument_records)),
+            ("--pose", self.pose.clone()),
+            ("--direction", self.direction.clone()),
         ];
         let map = self.map.iter().map(|map| ("--map", Some(map.clone())));
         let given = options
@@ -73,10 +81,10 @@ impl CalibrationArgs {
 
     /// The options from their words.
     pub(super) fn of_words(words: &[String]) -> Result<Self, ArgumentError> {
-        let parsed = RecordedCalibration::try_parse_from(words);
+        let parsed = RecordedOptions::try_parse_from(words);
         parsed.map(|recorded| recorded.options).map_err(|error| {
             ArgumentError::new(
-                "the calibration that the report records",
+                "the options that the report records",
                 error.to_string(),
                 "make the report anew",
             )
@@ -85,7 +93,11 @@ impl CalibrationArgs {
 
     /// How data are opened, with what is known of the gauges.
     pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
-        let mut columns = ImportMapping::default();
+        let mut columns = ImportMapping {
+            pose: self.pose.clone(),
+            direction: self.direction.clone(),
+            ..ImportMapping::default()
+        };
         for (role, column) in column_pairs(&self.map)? {
             columns.set(&role, &column)?;
         }
