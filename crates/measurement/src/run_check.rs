@@ -403,11 +403,7 @@ impl RunCheck {
     }
 
     /// How much runs differ from those before them, beside what is known.
-    fn differences_of(
-        &self,
-        runs: &[usize],
-        mut known: Vec<RunDifference>,
-    ) -> Vec<RunDifference> {
+    fn differences_of(&self, runs: &[usize], mut known: Vec<RunDifference>) -> Vec<RunDifference> {
         for (place, at) in runs.iter().enumerate() {
             let run = &self.runs[*at];
             let before = runs[..place].iter().copied();

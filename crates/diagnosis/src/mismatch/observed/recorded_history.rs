@@ -222,28 +222,14 @@ impl Observations {
         }
     }
 
-    /// Adds what parts answer to their histories under effects.
-    pub(crate) fn add_answers<'e>(
-        &self,
-        effects: impl IntoIterator<Item = &'e Effect>,
-        out: &mut [f64],
-    ) {
-        let mut answers = vec![
-            0.0;
-            if self.histories.is_empty() {
-                0
-            } else {
-                out.len()
-            }
-        ];
-        let acting = effects
-            .into_iter()
-            .filter_map(|effect| Some((effect.law.history()?, effect)));
-        for (law, effect) in acting.filter(|_| !self.histories.is_empty()) {
-            self.answers(law, &values_of(&effect.values), &mut answers);
-            for (value, answer) in out.iter_mut().zip(&answers) {
-                *value += answer;
-            }
+    /// What parts answer to their histories under an effect; zero of one without a memory.
+    ///
+    /// # Arguments
+    /// - `out`: one a reading, overwritten.
+    pub(crate) fn answers_to(&self, effect: &Effect, out: &mut [f64]) {
+        match effect.law.history() {
+            Some(law) => self.answers(law, &values_of(&effect.values), out),
+            None => out.fill(0.0),
         }
     }
 }

@@ -39,7 +39,14 @@ impl LinearisedModel {
                 &mut out[run.readings.clone()],
             );
         }
-        observations.add_answers(effects.iter().copied(), out);
+        let mut answers = vec![0.0; out.len()];
+        let remembers = |effect: &&&Effect| effect.law.history().is_some();
+        for effect in effects.iter().filter(remembers) {
+            observations.answers_to(effect, &mut answers);
+            for (value, answer) in out.iter_mut().zip(&answers) {
+                *value += answer;
+            }
+        }
         Some(())
     }
 

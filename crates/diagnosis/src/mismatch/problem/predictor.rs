@@ -44,6 +44,36 @@ pub(crate) struct ReadingPredictor<'a> {
     joint_rotations: JointRotations,
     /// Poses whose joints act as they are there, not as the factors have them.
     held: Option<Vec<PoseMechanics>>,
+    last: LastAnswers,
+}
+
+/// What a part was predicted to do last: a derivative moves one value of one effect, and all else answers as before.
+#[derive(Default)]
+struct LastAnswers {
+    /// Parameters, and effects without a history, with the displacements under them.
+    mechanics: Option<(Vec<f64>, Vec<Effect>, Vec<f64>)>,
+    /// Of each effect with a history the last two, the later first, with what they answered.
+    of_effects: Vec<[(Option<Effect>, Vec<f64>); 2]>,
+}
+
+impl LastAnswers {
+    /// What the place-th effect with a history answers.
+    fn of(&mut self, place: usize, effect: &Effect, observations: &Observations) -> &[f64] {
+        if self.of_effects.len() <= place {
+            self.of_effects.resize_with(place + 1, Default::default);
+        }
+        let both = &mut self.of_effects[place];
+        let is_it = |one: &(Option<Effect>, Vec<f64>)| one.0.as_ref() == Some(effect);
+        let known = both.iter().position(is_it);
+        let (known, answers) = &mut both[known.unwrap_or(1)];
+        if known.as_ref() != Some(effect) {
+            answers.resize(observations.len(), 0.0);
+            observations.answers_to(effect, answers);
+            *known = Some(effect.clone());
+        }
+        both.sort_by_key(|one| !is_it(one));
+        &both[0].1
+    }
 }
 
 impl Drop for ReadingPredictor<'_> {
@@ -65,6 +95,7 @@ impl<'a> ReadingPredictor<'a> {
             idle,
             joint_rotations: JointRotations::default(),
             held: None,
+            last: LastAnswers::default(),
         }
     }
 
@@ -73,6 +104,7 @@ impl<'a> ReadingPredictor<'a> {
     /// What twists do changes little with the factors, and to work it out is most of the work of a prediction.
     pub(crate) fn hold_joints(&mut self, linearised: Option<&LinearisedModel>) {
         self.held = linearised.map(|linearised| linearised.poses.clone());
+        self.last.mechanics = None;
     }
 
     /// From now on twists act as in the structure of parameters and effects.
@@ -88,6 +120,7 @@ impl<'a> ReadingPredictor<'a> {
         if let Some((_, turning)) = law_set(&solver.joints(), effects) {
             solver.solve_for(parameters, &turning)?;
             self.held = Some((0..count).map(|pose| solver.pose(pose).clone()).collect());
+            self.last.mechanics = None;
         }
         Ok(())
     }
@@ -142,6 +175,41 @@ impl<'a> ReadingPredictor<'a> {
         effects: &[Effect],
         out: &mut [f64],
     ) -> Result<bool, MismatchError> {
+        let observations = self.observations;
+        if observations.histories.is_empty() {
+            return self.mechanics(parameters, effects, out);
+        }
+        let (remembering, others): (Vec<_>, Vec<_>) = effects
+            .iter()
+            .cloned()
+            .partition(|effect| effect.law.history().is_some());
+        match &self.last.mechanics {
+            Some((known, of, displacements)) if known == parameters && *of == others => {
+                out.copy_from_slice(displacements);
+            }
+            _ => {
+                if !self.mechanics(parameters, effects, out)? {
+                    return Ok(false);
+                }
+                self.last.mechanics = Some((parameters.to_vec(), others, out.to_vec()));
+            }
+        }
+        for (place, effect) in remembering.iter().enumerate() {
+            let answers = self.last.of(place, effect, observations);
+            for (value, answer) in out.iter_mut().zip(answers) {
+                *value += answer;
+            }
+        }
+        Ok(true)
+    }
+
+    /// What robots or the lines of parts do, without effects that remember what a part went through.
+    fn mechanics(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+        out: &mut [f64],
+    ) -> Result<bool, MismatchError> {
         let baseline = self.baseline;
         let is_held = self.held.is_some();
         let Some((variant, solver)) = self.solver(effects)? else {
@@ -180,7 +248,6 @@ impl<'a> ReadingPredictor<'a> {
                 &mut out[run.readings.clone()],
             );
         }
-        self.observations.add_answers(effects, out);
         Ok(true)
     }
 
