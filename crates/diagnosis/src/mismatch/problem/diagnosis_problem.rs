@@ -366,12 +366,22 @@ impl<'a> DiagnosisProblem<'a> {
         self.positions(&self.state_of(self.start(), options.noise)?)
     }
 
-    /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
+    /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself, which are in its readings alone.
     pub(crate) fn positions(&self, state: &State) -> Result<Vec<f64>, MismatchError> {
-        let mut model = state.fitted.model.clone();
-        model.effects.retain(|effect| !effect.law.is_gauge_error());
-        let residuals = self.raw_residuals(&model)?;
-        let positions = state.whitening.positions(self.observations, &residuals);
+        let model = &state.fitted.model;
+        let residuals = self.raw_residuals(model)?;
+        let mut positions = state.whitening.positions(self.observations, &residuals);
+        let mut true_gauge = model.clone();
+        true_gauge
+            .effects
+            .retain(|effect| !effect.law.is_gauge_error());
+        if true_gauge.effects.len() < model.effects.len() {
+            let with_error = self.raw_residuals(&true_gauge)?;
+            let both = with_error.iter().zip(&residuals);
+            for (position, (with_error, residual)) in positions.iter_mut().zip(both) {
+                *position -= with_error - residual;
+            }
+        }
         Ok(positions_of_repeats(self.observations, positions))
     }
 
