@@ -12,6 +12,12 @@ use crate::specimen::SpecimenTable;
 use super::text::{significant, unit_behind, with_unit};
 use crate::count::counted;
 
+/// Most rows that are shown where nothing was measured; a file has all.
+const SHOWN: usize = 20;
+
+/// Share of the range of the fit by which a value may lie outside it by rounding (1).
+const BEYOND: f64 = 1e-6;
+
 /// Predictions of the answers of a table, in the units of the model.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct PredictionReport {
@@ -96,19 +102,19 @@ impl PredictionReport {
             }
         };
         let rows: Vec<PredictedRow> = table.readings.iter().zip(predicted).map(row).collect();
-        let slack = 1e-6 * (range[1] - range[0]);
-        let beyond =
-            |row: &&PredictedRow| row.driver < range[0] - slack || row.driver > range[1] + slack;
-        Self {
+        let mut report = Self {
             driver_unit: load.name,
             answer_unit: answer.name,
             band,
             band_readings: model.band.readings,
             range,
-            beyond_range: rows.iter().filter(beyond).count(),
+            beyond_range: 0,
             runs: runs(table, &rows, band),
             rows,
-        }
+        };
+        let beyond = |row: &&PredictedRow| report.is_beyond(row.driver);
+        report.beyond_range = report.rows.iter().filter(beyond).count();
+        report
     }
 
     /// In words.
@@ -130,7 +136,14 @@ impl PredictionReport {
             ));
         }
         if self.runs.is_empty() {
-            document.paragraph("The table has no measured values to compare with.");
+            document.table(self.first_rows());
+            let further = self.rows.len().saturating_sub(SHOWN);
+            if further > 0 {
+                document.paragraph(format!(
+                    "And {}; --out FILE writes all.",
+                    counted(further, "row")
+                ));
+            }
             return document;
         }
         let head = |what: &str| with_unit(what, &self.answer_unit);
@@ -147,6 +160,36 @@ impl PredictionReport {
                 }),
         );
         document
+    }
+
+    /// The first rows, with the ends of the band where it is known.
+    fn first_rows(&self) -> Table {
+        let number = |value: f64| significant(value, 5);
+        let end = |row: &PredictedRow, value: f64| {
+            if self.is_beyond(row.driver) {
+                "-".to_owned()
+            } else {
+                number(value)
+            }
+        };
+        let answer = |name: &str| with_unit(name, &self.answer_unit);
+        Table::of(self.rows.iter().take(SHOWN))
+            .numbers("line", |row| row.line)
+            .words("run", |row| &row.run)
+            .numbers(with_unit("set", &self.driver_unit), |row| {
+                number(row.driver)
+            })
+            .numbers(answer("predicted"), |row| number(row.predicted))
+            .numbers(answer("low"), |row| end(row, row.low))
+            .numbers(answer("high"), |row| end(row, row.high))
+            .into()
+    }
+
+    /// Whether a value was not set in the readings of the fit.
+    fn is_beyond(&self, driver: f64) -> bool {
+        let [low, high] = self.range;
+        let slack = BEYOND * (high - low);
+        driver < low - slack || driver > high + slack
     }
 
     /// As a table: comma, point, one row a reading, units in the names of the columns.

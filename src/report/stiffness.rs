@@ -52,7 +52,12 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
                 })
             }),
     );
-    document.paragraph(ABOUT_UNCERTAINTY);
+    let has_scatter = |cell: &CellStiffness| cell.n_runs > 1;
+    document.paragraph(if table.cells.iter().any(has_scatter) {
+        ABOUT_UNCERTAINTY
+    } else {
+        WITHOUT_REPEATS
+    });
     document.paragraph(scatter_words(table.pooled_scatter.as_ref()));
     for cell in &table.cells {
         for (name, result) in [
@@ -88,6 +93,9 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
 
 /// What the columns of the table are.
 const ABOUT_UNCERTAINTY: &str = "U is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof), of which the table has whole numbers. It includes scatter from run to run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of F/d: the paper's mean of force over displacement.";
+
+/// What the columns of a table without repeats are.
+const WITHOUT_REPEATS: &str = "No U: each pose and direction has one run, and nothing shows the scatter from run to run; two runs are the least, five are usual. K regression: 1/slope with a free intercept for each zero; K mean of F/d: the paper's mean of force over displacement.";
 
 /// The scatter of single readings, and how far off one must be to be found.
 fn scatter_words(pooled: Option<&PooledScatter>) -> String {

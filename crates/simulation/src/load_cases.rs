@@ -100,6 +100,7 @@ pub fn simulate_load_cases(
                 step: 1,
                 ..LoadPoint::default()
             },
+            run_slope: 0.0,
             repeat,
             branch: Branch::Loading,
             time_s: 0.0,

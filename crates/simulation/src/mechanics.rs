@@ -9,6 +9,8 @@ use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 pub(super) struct ActingLoad {
     /// What the laws need to know; the force is the one that acts, not the one that is read.
     pub(super) point: LoadPoint,
+    /// By how much more its run yields than the others, relative (1).
+    pub(super) run_slope: f64,
     /// The repeat, from 1.
     pub(super) repeat: u32,
     /// Loading or unloading.
@@ -51,8 +53,18 @@ impl CellMechanics<'_> {
         let mut displacements_m = vec![0.0; loads.len()];
         let mut joint_rotations = JointRotations::default();
         let (mut of_repeat, mut at_zero_m) = (0, 0.0);
+        let m_per_n = self.structure.compliance(&read.into(), self.load);
         for (repeat, places) in self.stretches(loads) {
-            let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
+            let seated = |&place: &usize| {
+                let ActingLoad {
+                    point, run_slope, ..
+                } = loads[place];
+                LoadPoint {
+                    seated_m: run_slope * m_per_n * point.force_n,
+                    ..point
+                }
+            };
+            let points: Vec<LoadPoint> = places.iter().map(seated).collect();
             let run = RunLoads {
                 pose: self.pose,
                 load: self.load,

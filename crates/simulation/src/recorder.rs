@@ -54,7 +54,10 @@ impl<'n> Recorder<'n> {
     pub(super) fn begin(&mut self, cell: &RecordedCell<'_>) {
         let table = &mut self.table;
         self.first = [&table.runs, &table.zeros].map(|of| of.len() as u32);
-        let key = |axis, repeat| RunKey::of_repeat(cell.pose.clone(), axis, repeat);
+        let key = |axis, repeat: u32| RunKey {
+            label: Some(repeat.to_string().into()),
+            ..RunKey::of_repeat(cell.pose.clone(), axis, repeat)
+        };
         for repeat in 1..=cell.repeats {
             table.runs.push(key(cell.read[0], repeat));
             let zeros = cell.read.iter().map(|&axis| key(axis, repeat));

@@ -215,7 +215,10 @@ impl<'a> VirtualBench<'a> {
                     .error(self.noise.run_slope_sd, &mut session.errors)
             })
             .collect();
-        let set = self.set_loads(procedure, setup, session);
+        let mut set = self.set_loads(procedure, setup, session);
+        for load in &mut set.loads {
+            load.run_slope = slopes[load.repeat as usize - 1];
+        }
         let along_m = CellMechanics {
             laws: &self.physics.laws,
             structure: setup.structure,
@@ -235,13 +238,8 @@ impl<'a> VirtualBench<'a> {
         };
         recorder.begin(&cell);
         for (place, (load, planned)) in set.loads.iter().zip(&setup.planned).enumerate() {
-            let slope = slopes[load.repeat as usize - 1];
             let shown_m = setup.read.iter().zip(&set.errors_m[place]);
-            let shown_m = shown_m.map(|(&axis, error_m)| {
-                let m_per_n = setup.structure.compliance(&axis.into(), setup.load);
-                let seated_m = slope * m_per_n * load.point.force_n;
-                along_m[place][axis.index()] + seated_m + error_m
-            });
+            let shown_m = shown_m.map(|(&axis, error_m)| along_m[place][axis.index()] + error_m);
             let shown_m: Vec<f64> = shown_m.collect();
             recorder.add(&cell, planned.target_n, load, &shown_m);
         }
@@ -298,8 +296,10 @@ impl<'a> VirtualBench<'a> {
                     since_zero_s: session.time_s - zero_at_s,
                     warming_k: temperature_deg_c - session.temperature.at(zero_at_s),
                     position_m: None,
+                    seated_m: 0.0,
                     is_unloaded: planned.target_n == 0.0,
                 },
+                run_slope: 0.0,
                 repeat: planned.repeat,
                 branch: planned.branch,
                 time_s: session.time_s,

@@ -10,7 +10,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::procedure::resolve_procedure;
 use crate::clock::Clock;
 use crate::count::{counted, hours_and_minutes};
-use crate::fit::{BestPoses, spring_choice};
+use crate::fit::BestPoses;
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
 use crate::report::{PlanReport, best_poses_document, design_document};
@@ -158,8 +158,7 @@ fn best_poses(
     let Some(count) = args.best.best_poses else {
         return Ok(None);
     };
-    let usual = spring_choice(&resolved.robot, resolved.mechanism()?);
-    let choice = args.parameters.choice_beside(resolved, usual)?;
+    let choice = args.parameters.choice(resolved)?;
     let wanted = (&args.best.rules.rules(), count);
     Ok(Some(choose_poses(resolved, procedure, &choice, wanted)?))
 }

@@ -426,15 +426,20 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
                 "No other law of the library explains the readings nearly as well.".to_owned()
             }
             (Some(rival), _) => {
-                let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
+                let mut own = phrase_of(best);
+                let mut other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
+                if own == other {
+                    // Two equations of one effect.
+                    own = format!("{own} ({})", best.effect.law);
+                    other = format!("{other} by another equation ({})", rival.effect.law);
+                }
                 let subject = match answer {
-                    DiagnosisAnswer::Single(_) => format!("Instead of {}", phrase_of(best)),
+                    DiagnosisAnswer::Single(_) => format!("Instead of {own}"),
                     DiagnosisAnswer::OneOf(_) => "Besides those above".to_owned(),
                 };
                 format!(
-                    "{subject} the next best is {other}; the readings are {} with {} (log Bayes factor {:.1}).",
+                    "{subject} the next best is {other}; the readings are {} with {own} (log Bayes factor {:.1}).",
                     likelier(rival.log_bayes_to_winner),
-                    phrase_of(best),
                     rival.log_bayes_to_winner
                 )
             }

@@ -283,7 +283,7 @@ impl LawSet {
             joint_rotations.loaded = true;
             let mechanics =
                 self.mechanics_m(pose, &reach, self.acting_n(run, load), joint_rotations);
-            let mut sum = mechanics * self.growth(run, load);
+            let mut sum = mechanics * self.growth(run, load) + load.seated_m;
             for added in self
                 .added
                 .iter()

@@ -20,6 +20,8 @@ pub struct LoadPoint {
     pub warming_k: f64,
     /// Where the gauge stood, from its own reading, m; `None` if it is as predicted.
     pub position_m: Option<f64>,
+    /// By how much the end moves beside what structure and effects say, m: joints and clamps that seat otherwise in each run.
+    pub seated_m: f64,
     /// Whether no load was asked for: the force gauge hangs free.
     pub is_unloaded: bool,
 }

@@ -75,7 +75,13 @@ pub fn best_poses(
     let is_determined = |variances: &Vec<f64>| variances.iter().all(|v| *v < 0.5 * VAGUE * VAGUE);
     let variances = known.variances().filter(is_determined);
     let variances = variances.filter(|variances| !variances.is_empty());
-    let variances = variances.ok_or(FitError::Dependent)?;
+    let dependent = || {
+        let free: Vec<String> = parameters.iter().map(ToString::to_string).collect();
+        let first = free.first().cloned().unwrap_or_default();
+        let free = free.join(", ");
+        FitError::Dependent { free, first }
+    };
+    let variances = variances.ok_or_else(dependent)?;
     let error = |place: usize| {
         let i = loaded.iter().position(|known| *known == place)?;
         Some(scales[i] * variances[i].sqrt())

@@ -282,14 +282,19 @@ pub enum FitError {
     )]
     NoRepeats,
     /// Free parameters whose columns contain each other.
-    #[error("the free parameters cannot be distinguished in these poses")]
+    #[error("no choice of these poses determines all free parameters: {free}")]
     #[diagnostic(
         code(stiffbench::load_cases::dependent),
         help(
-            "`stiffbench fit` names the combinations that the poses do not determine; keep one parameter of each with --parameter NAME=fixed"
+            "free fewer with --parameter, for example --parameter {first}=free, or add directions or poses"
         )
     )]
-    Dependent,
+    Dependent {
+        /// What is free.
+        free: String,
+        /// The first of them.
+        first: String,
+    },
     /// Weights of a combination that cannot be used.
     #[error("the weights of the poses must not be negative and must not all be zero")]
     #[diagnostic(code(stiffbench::fit::weights))]

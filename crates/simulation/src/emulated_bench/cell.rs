@@ -102,6 +102,7 @@ impl SolvedCell {
                 },
                 ..LoadPoint::default()
             },
+            run_slope: 0.0,
             repeat: 1,
             branch: Branch::Loading,
             time_s: 0.0,
@@ -226,8 +227,10 @@ impl SolvedCell {
                     since_zero_s: time_s - zero_at_s,
                     warming_k: temperature_deg_c - temperature.at(zero_at_s),
                     position_m: None,
+                    seated_m: 0.0,
                     is_unloaded: planned.target_n == 0.0,
                 },
+                run_slope: 0.0,
                 repeat: planned.repeat,
                 branch: planned.branch,
                 time_s,
