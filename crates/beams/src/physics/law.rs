@@ -133,6 +133,16 @@ pub struct LawFigure {
     pub curve: Curve,
 }
 
+impl LawFigure {
+    /// Over the force, a panel a cell.
+    pub(super) const OVER_FORCE: Self = Self {
+        driving: Driving::Force,
+        pooled: None,
+        large_loads_only: false,
+        curve: Curve::Lines,
+    };
+}
+
 /// What drives a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Driving {

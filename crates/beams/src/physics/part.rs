@@ -1,9 +1,9 @@
 //! What the laws of parts in testing machines have in common: scales of their parameters, and how they are searched for and named.
 
 use super::dimension::Dimension;
-use super::law::{Curve, Driving, LawFigure};
+use super::law::{Driving, LawFigure};
 use super::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use super::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
+use super::search::{PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 
 /// A size in the unit of the answers.
 pub(super) const ANSWER: ParameterSpec = ParameterSpec {
@@ -112,13 +112,7 @@ pub(super) fn at_times(scale: &PlaceScale, size: f64) -> Vec<Shape> {
 
 /// How a law of a part is searched for, but for its shapes.
 pub(super) const SEARCH: SearchSpec = SearchSpec {
-    shapes: |_| Vec::new(),
-    wide_shapes: None,
-    phase: None,
-    is_freest: false,
-    is_sharp: false,
     on: SearchedOn::PARTS,
-    needs: Needs::Nothing,
     unseen_at_place: (
         "no plausible size would have been distinguishable from noise",
         "load the part further and more often",
@@ -127,18 +121,11 @@ pub(super) const SEARCH: SearchSpec = SearchSpec {
         "no plausible size would have been detectable in these readings",
         Some("load the part further and more often"),
     ),
-};
-
-/// A law of a part is drawn over what was set.
-pub(super) const FIGURE: LawFigure = LawFigure {
-    driving: Driving::Force,
-    pooled: None,
-    large_loads_only: false,
-    curve: Curve::Lines,
+    ..SearchSpec::OF_ROBOTS
 };
 
 /// A law of a part that acts with time is drawn over the clock.
 pub(super) const OVER_TIME: LawFigure = LawFigure {
     driving: Driving::Clock,
-    ..FIGURE
+    ..LawFigure::OVER_FORCE
 };

@@ -200,6 +200,27 @@ pub struct SearchSpec {
     pub unseen: (&'static str, Option<&'static str>),
 }
 
+impl SearchSpec {
+    /// How laws of a robot are searched for that need no more than force and displacement, but for their shapes.
+    pub(super) const OF_ROBOTS: Self = Self {
+        shapes: |_| Vec::new(),
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        is_sharp: false,
+        on: SearchedOn::ROBOTS,
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "no plausible size would have been distinguishable from noise or from the fitted factors",
+            "measure further poses, larger loads or more repeats",
+        ),
+        unseen: (
+            "no plausible size would have been detectable in these readings",
+            Some("measure further poses, larger loads or more repeats"),
+        ),
+    };
+}
+
 /// What has to be recorded for a law to be seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {

@@ -2,10 +2,10 @@
 
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "base-compliance",
@@ -33,16 +33,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Base,
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a base that rocks about {at}"),
         heading: |place| match place {
@@ -66,21 +59,3 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         minutes: 25.0,
     }),
 };
-
-/// A law that is drawn over the force, a panel a cell.
-pub(super) const OVER_FORCE: LawFigure = LawFigure {
-    driving: Driving::Force,
-    pooled: None,
-    large_loads_only: false,
-    curve: Curve::Lines,
-};
-
-pub(super) const TOO_LITTLE_AT_PLACE: (&str, &str) = (
-    "no plausible size would have been distinguishable from noise or from the fitted factors",
-    "measure further poses, larger loads or more repeats",
-);
-
-pub(super) const TOO_LITTLE: (&str, Option<&str>) = (
-    "no plausible size would have been detectable in these readings",
-    Some("measure further poses, larger loads or more repeats"),
-);

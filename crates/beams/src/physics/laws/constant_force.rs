@@ -1,12 +1,11 @@
 //! A force that acts beside the one that the gauge reads.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape, VISIBLE_SHARE};
+use crate::physics::search::{SearchSpec, Shape, VISIBLE_SHARE};
 
 /// Share of the largest force that goes unseen beside it, 1.
 const UNSEEN: f64 = 0.3;
@@ -37,20 +36,14 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Force(|&[w, ..], load| if load.is_unloaded { 0.0 } else { w }),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE * scale.force_n])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         // A line with a free zero contains it.
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: (
             "without an unloaded reading the gauge zero absorbs it",
             "read the gauge unloaded too, before each load sequence",
         ),
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a constant force in {at}"),
         heading: |place| format!("a constant force, {place}"),

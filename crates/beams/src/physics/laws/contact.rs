@@ -4,9 +4,9 @@
 
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, OF_A_SIZE, OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{ANSWER, FIGURE, SEARCH};
+use crate::physics::part::{ANSWER, SEARCH};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -30,7 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |_, _| "contact after free travel".to_owned(),
         heading: |_| "contact after free travel".to_owned(),

@@ -1,9 +1,10 @@
 //! Displacement that grows with the logarithm of the time under load.
 
-use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Combination, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{
+    Combination, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording,
+};
 use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
@@ -48,14 +49,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Growth(|&[k, t0, ..], load, _| k * log_time(load.hold_s, t0)),
     search: SearchSpec {
         shapes,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Hold,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Hold,

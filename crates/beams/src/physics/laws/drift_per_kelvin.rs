@@ -1,6 +1,5 @@
 //! A reading that drifts with the temperature.
 
-use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use super::drift_per_second::{BESIDE_A_THERMOMETER, MOST_DRIFT};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
@@ -38,14 +37,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             let shape = |warming_k: f64| Shape::of_either_sign(vec![scale.small_answer() / warming_k]);
             (scale.warming_k > 0.0).then(|| shape(scale.warming_k)).into_iter().collect()
         },
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::ALL,
         needs: Needs::Temperature,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Clock,

@@ -1,6 +1,5 @@
 //! A reading that drifts with the clock.
 
-use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
@@ -23,14 +22,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             let shape = |time_s: f64| Shape::of_either_sign(vec![scale.small_answer() / time_s]);
             (scale.time_s > 0.0).then(|| shape(scale.time_s)).into_iter().collect()
         },
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::ALL,
         needs: Needs::Clock,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Clock,

@@ -2,9 +2,9 @@
 
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{ParameterSpec, PlausibleRange, Typical};
-use crate::physics::part::{FIGURE, HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -35,7 +35,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a stop that {at} runs into"),
         heading: |place| format!("a stop of {place}"),

@@ -1,12 +1,11 @@
 //! A force gauge that is not linear.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape, VISIBLE_SHARE};
+use crate::physics::search::{SearchSpec, SearchedOn, Shape, VISIBLE_SHARE};
 
 /// Share of its reading by which a gauge may err, 1.
 const BROKEN: f64 = 0.1;
@@ -37,16 +36,10 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Force(|&[q, ..], load| q * load.force_n * load.force_n.abs()),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE / scale.force_n])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::FORCE_DRIVEN,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |_, _| "a nonlinear force gauge".to_owned(),
         heading: |_| "the nonlinearity of the force gauge".to_owned(),

@@ -1,12 +1,11 @@
 //! The force gauge reads too little or too much by a share.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 /// A larger error of scale is another unit, and is seen at once.
 pub(super) const ANOTHER_UNIT: f64 = 0.3;
@@ -37,16 +36,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Force(|&[scale, ..], load| scale * load.force_n),
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |_, _| "a wrong scale of the force gauge".to_owned(),
         heading: |_| "scale of the force gauge".to_owned(),

@@ -1,13 +1,12 @@
 //! The displacement gauge leans toward another axis.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use super::load_misalignment::SEEN_BY_EYE;
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-misalignment",
@@ -35,19 +34,13 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Lean,
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: (
             "this robot hardly moves in that direction under a load in the measured direction",
             "read the displacement along all three axes at each load",
         ),
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a displacement gauge {at}"),
         heading: |place| format!("a leaning gauge, {place}"),

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use stiffbench_numeric::simd::waves;
 
-use super::base_compliance::TOO_LITTLE_AT_PLACE;
 use crate::physics::action::{LawAction, GaugeError, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
@@ -12,7 +11,7 @@ use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-periodic",
@@ -80,15 +79,13 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         shapes: nominal,
         wide_shapes: Some(any_period),
         phase: Some(2),
-        is_freest: false,
         is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
             "the displacements do not span a period of any gauge",
             Some("shift the zero of the gauge by a few tenths of a millimetre between repeats"),
         ),
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Displacement,

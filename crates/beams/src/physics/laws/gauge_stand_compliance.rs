@@ -1,12 +1,11 @@
 //! The stand of the displacement gauge gives way in one direction.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-stand-compliance",
@@ -34,16 +33,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Added(|&[c, ..], load| c * load.force_n),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a stand of the displacement gauge that gives way in {at}"),
         heading: |place| format!("a yielding gauge stand, {place}"),

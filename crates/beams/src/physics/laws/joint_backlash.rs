@@ -1,16 +1,16 @@
 //! A joint that turns freely through its play once its seat is overcome.
 
 use crate::physics::joint_path::JointPath;
-use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
+use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, UNSEEN_AT_JOINT};
 use crate::physics::action::{
     Driven, DrivenPath, HistoryLaw, LawAction, RotationLaw, SimulatedRotation, Values,
 };
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-backlash",
@@ -61,16 +61,13 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Joint(&Backlash),
     search: SearchSpec {
         shapes,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
         is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN,
-        needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OF_A_JOINT,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("play in {at}"),
         heading: |place| format!("play in {place}"),

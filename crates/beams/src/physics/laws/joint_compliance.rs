@@ -3,10 +3,10 @@
 use crate::physics::joint_path::JointPath;
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
+use crate::physics::search::{PlaceScale, SearchSpec};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-compliance",
@@ -20,17 +20,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Joint(&LinearRotation),
     search: SearchSpec {
         shapes: PlaceScale::compliances,
-        wide_shapes: None,
-        phase: None,
         is_freest: true,
-        is_sharp: false,
-        // A line with a free slope contains it.
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OF_A_JOINT,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a compliant {at}"),
         heading: |place| format!("a compliant {place}"),
@@ -54,14 +49,6 @@ pub(super) const COMPLIANCE: ParameterSpec = ParameterSpec {
         spread: 1.0,
     },
     fit: OF_A_SIZE,
-};
-
-/// A law of a joint is drawn over the force, a panel a cell.
-pub(super) const OF_A_JOINT: LawFigure = LawFigure {
-    driving: Driving::Force,
-    pooled: None,
-    large_loads_only: false,
-    curve: Curve::Lines,
 };
 
 pub(super) const UNSEEN_AT_JOINT: (&str, &str) = (

@@ -1,17 +1,15 @@
 //! A joint that sticks until its friction moment, then turns as a spring, and sticks again on reversal.
 
 use crate::physics::joint_path::JointPath;
-use super::joint_compliance::{
-    ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
-};
+use super::joint_compliance::{ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, UNSEEN_AT_JOINT};
 use crate::physics::action::{
     Driven, LawAction, RotationLaw, SimulatedRotation, Values,
 };
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{PlaceScale, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-friction",
@@ -42,16 +40,11 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Joint(&Friction),
     search: SearchSpec {
         shapes,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OF_A_JOINT,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("friction in {at}"),
         heading: |place| format!("friction in {place}"),

@@ -2,15 +2,13 @@
 
 use super::one_of;
 use crate::physics::joint_path::JointPath;
-use super::joint_compliance::{
-    ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
-};
+use super::joint_compliance::{ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, UNSEEN_AT_JOINT};
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-nonlinearity",
@@ -44,16 +42,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Joint(&Nonlinearity),
     search: SearchSpec {
         shapes,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::ALL,
-        needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OF_A_JOINT,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, values| match values.get(1) {
             Some(q) if *q < 0.0 => format!("{} that grows stiffer under load", one_of(at)),

@@ -1,12 +1,11 @@
 //! A joint stands at another angle than the pose says.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 /// Most by which a joint stands beside its angle and is not seen, rad: five degrees.
 const OVERLOOKED_RAD: f64 = 0.087;
@@ -37,16 +36,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a wrong {at}"),
         heading: |place| format!("{place}"),

@@ -7,9 +7,9 @@ use super::joint_compliance::ACROSS_THE_JOINT;
 use super::part_friction::LEAD;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{ANSWER, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -60,7 +60,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("friction in {at} that grows with the load"),
         heading: |place| format!("friction of {place} that grows with the load"),

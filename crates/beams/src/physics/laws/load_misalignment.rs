@@ -1,12 +1,11 @@
 //! The force acts turned toward another axis.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 /// About three degrees, rad.
 pub(super) const SEEN_BY_EYE: f64 = 0.05;
@@ -37,19 +36,13 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Turn,
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: (
             "a force turned that way moves this robot along the direction of reading only to second order",
             "read the displacement along all three axes at each load",
         ),
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a force {at}"),
         heading: |place| format!("a turned force, {place}"),

@@ -1,10 +1,9 @@
 //! An element that carries nothing.
 
-use super::base_compliance::OVER_FORCE;
 use crate::physics::action::LawAction;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn};
+use crate::physics::search::SearchSpec;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "loose-member",
@@ -19,12 +18,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     search: SearchSpec {
         // It has no size: each structure without an element is solved.
         shapes: |_| Vec::new(),
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: (
             "without it the readings would hardly change, or the fitted factors would absorb the change",
             "measure further poses, or inspect both of its ends",
@@ -33,8 +26,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             "no element can be missing without the mechanism falling apart",
             None,
         ),
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a loose {at}"),
         heading: |place| format!("{place} loose"),

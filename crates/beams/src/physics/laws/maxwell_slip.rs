@@ -5,9 +5,9 @@
 
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::ParameterSpec;
-use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
+use crate::physics::part::{ANSWER, LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{SearchSpec, SearchedOn};
 
@@ -37,7 +37,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("gradual friction in {at}"),
         heading: |place| format!("gradual friction in {place}"),

@@ -4,9 +4,9 @@ use super::one_of;
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{FIGURE, SEARCH, mean_slope};
+use crate::physics::part::{SEARCH, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, Shape};
 
@@ -58,7 +58,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         shapes,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, values| match values.first() {
             Some(c3) if *c3 < 0.0 => format!("{} whose response grows more slowly than its load", one_of(at)),

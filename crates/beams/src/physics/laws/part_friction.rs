@@ -7,9 +7,9 @@ use super::joint_friction::LAW as OF_A_JOINT;
 use super::load_dependent_friction::GrowingFriction;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{FIGURE, LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
+use crate::physics::part::{LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
 use crate::physics::search::{SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -36,7 +36,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     ..OF_A_JOINT
 };
 

@@ -3,9 +3,9 @@
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
-use crate::physics::part::{ANSWER, FIGURE, HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{ANSWER, HARDEST, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
@@ -37,7 +37,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("play in {at} away from zero load"),
         heading: |place| format!("play of {place} away from zero load"),

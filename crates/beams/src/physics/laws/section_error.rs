@@ -1,12 +1,11 @@
 //! The section of an element is stiffer or softer than the robot file says.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, Shape};
 
 /// Smallest and largest error that is overlooked: three times either way is another profile.
 const OVERLOOKED: [f64; 2] = [-2.0 / 3.0, 2.0];
@@ -37,16 +36,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-2])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("a wrong section of {at}"),
         heading: |place| format!("section of {place}"),

@@ -1,6 +1,5 @@
 //! First repeats that give more, or less, than the later ones.
 
-use super::base_compliance::TOO_LITTLE_AT_PLACE;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
@@ -56,17 +55,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     }),
     search: SearchSpec {
         shapes,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::ALL,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
             "there is only one repeat",
             Some("repeat each load sequence three to five times"),
         ),
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Repeat,

@@ -1,12 +1,11 @@
 //! Something that slipped, once.
 
-use super::base_compliance::TOO_LITTLE_AT_PLACE;
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "slip",
@@ -34,17 +33,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Added(|&[jump, ..], _| jump),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![scale.small_answer()])],
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
         on: SearchedOn::ALL,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
             "no run that is repeated has enough load steps to distinguish a slip from an outlier",
             Some("take at least four load steps per run"),
         ),
+        ..SearchSpec::OF_ROBOTS
     },
     figure: LawFigure {
         driving: Driving::Clock,

@@ -3,9 +3,9 @@
 //! The stress softening of rubber: Mullins, Rubber Chemistry and Technology 42, 1969, p. 339.
 
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::ParameterSpec;
-use crate::physics::part::{FIGURE, SEARCH, SLOPE, mean_slope};
+use crate::physics::part::{SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{SearchSpec, SearchedOn, Shape};
 
@@ -29,7 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
-    figure: FIGURE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |_, _| "a part softened by its first loading".to_owned(),
         heading: |_| "softening by the first loading".to_owned(),

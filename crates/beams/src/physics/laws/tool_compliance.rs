@@ -1,12 +1,11 @@
 //! What stands between the last link and the end gives way.
 
-use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
+use crate::physics::search::{PlaceScale, SearchSpec};
 
 /// About an axis.
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -56,16 +55,9 @@ const OF_THE_TOOL: LawDefinition = LawDefinition {
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: PlaceScale::compliances,
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
-        unseen_at_place: TOO_LITTLE_AT_PLACE,
-        unseen: TOO_LITTLE,
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("compliance of {at}"),
         heading: |place| format!("tool compliance, {place}"),

@@ -1,10 +1,9 @@
 //! Another mechanism of the robot file is there than the session says.
 
-use super::base_compliance::OVER_FORCE;
 use crate::physics::action::LawAction;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
+use crate::physics::law::{Check, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, SearchedOn};
+use crate::physics::search::SearchSpec;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "wrong-mechanism",
@@ -19,19 +18,14 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     search: SearchSpec {
         // It has no size: each mechanism is solved.
         shapes: |_| Vec::new(),
-        wide_shapes: None,
-        phase: None,
-        is_freest: false,
-        is_sharp: false,
-        on: SearchedOn::ROBOTS,
-        needs: Needs::Nothing,
         unseen_at_place: (
             "the readings would hardly change, or the fitted factors would absorb the change",
             "measure further poses, or check brakes and coupling rods",
         ),
         unseen: ("the robot file has no other mechanism that can take these poses", None),
+        ..SearchSpec::OF_ROBOTS
     },
-    figure: OVER_FORCE,
+    figure: LawFigure::OVER_FORCE,
     words: LawWording {
         phrase: |at, _| format!("another mechanism than the session names, {at}"),
         heading: |place| format!("{place} instead"),
