@@ -57,6 +57,7 @@ fn predicted(mechanics: &Mechanics<'_>, physics: &ActingPhysics, run: &[&Reading
             since_zero_s: since(reading.time_s, first.time_s),
             warming_k: since(reading.temperature_deg_c, first.temperature_deg_c),
             position_m: None,
+            seated_m: 0.0,
             is_unloaded: reading.target_n == 0.0,
         })
         .collect();

@@ -7,7 +7,7 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter, Predictor, Robot, 
 use stiffbench_diagnosis::distribution::{
     ColumnStatistics, Extreme, FittedCovariance, Level, MapColumn, MapModel, MapPlane, MatrixKind,
     MechanismStudy, NoMap, PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses,
-    WorkspacePlan, WorkspaceSample, column_statistics, variables_beside_the_plane,
+    column_statistics, variables_beside_the_plane,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -214,23 +214,6 @@ fn laws_that_are_not_linear_have_their_secant_at_the_load() {
         }
     }
     assert!(changed, "the law never slips: the test shows nothing");
-}
-
-#[test]
-fn random_poses_are_those_of_the_workspace() {
-    let robot = robot();
-    let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 9));
-    let sample = WorkspacePlan {
-        poses: 300,
-        seed: 9,
-        ..WorkspacePlan::paper()
-    }
-    .holding(&["theta1", "theta4"]);
-    let sample = WorkspaceSample::draw(&robot, robot.mechanism(None).unwrap(), &sample).unwrap();
-    assert_eq!(poses.drawn, sample.drawn as u64);
-    for (place, point) in sample.points.iter().enumerate() {
-        assert_eq!(poses.pose(place), point.pose);
-    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! `target/figures-check/`, to be checked.
 
 use stiffbench_beams::robot::{Keep, Pose, PoseSweep, Robot};
-use stiffbench_diagnosis::distribution::{WorkspacePlan, WorkspaceSample};
+use stiffbench_diagnosis::distribution::{PosePlan, PoseSample, Sampling, Shard};
 use stiffbench_figures::{
     NamedPoint, PlaneBins, PlaneMap, PlaneMapDifference, PlaneMapFigure, ValueAt, plane_map,
     plane_map_difference, plane_map_sheet,
@@ -18,12 +18,16 @@ const DIRECTIONS: [&str; 3] = ["x", "y", "z"];
 /// Maps of the stiffness of one mechanism along x, y, z, N/mm.
 fn maps(robot: &Robot, mechanism: &str, poses: usize) -> [PlaneMap; 3] {
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    let plan = WorkspacePlan {
+    let plan = PosePlan {
+        sampling: Sampling::MonteCarlo,
         poses,
-        ..WorkspacePlan::paper().holding(&["theta1", "theta4"])
+        seed: 0,
+        held: ["theta1", "theta4"].map(str::to_owned).into(),
     };
-    let sample = WorkspaceSample::draw(robot, mechanism, &plan).unwrap();
-    let poses: Vec<Pose> = sample.points.into_iter().map(|point| point.pose).collect();
+    let sample = PoseSample::draw(robot, &plan, Shard::WHOLE).unwrap();
+    let poses: Vec<Pose> = (0..sample.len())
+        .map(|number| sample.pose(number))
+        .collect();
     let sweep = PoseSweep::new(robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
     let swept = sweep.run(&poses, Keep::Diagonal);
     let named: Vec<Pose> = robot.poses.iter().map(|pose| pose.pose.clone()).collect();

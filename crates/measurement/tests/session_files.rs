@@ -9,7 +9,7 @@ use stiffbench_measurement::readings::{
     ReadingStatus, ReadingTable, RepeatOrder, SessionFileError, SessionHeader, ZeroScope,
     read_readings, write_readings,
 };
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::test_point::Branch;
 
 fn fixture(name: &str) -> Vec<u8> {
     let path = stiffbench_test_files::repository()

@@ -1,7 +1,7 @@
 //! What a robot does over its workspace rather than in single poses.
 //!
-//! [`WorkspaceSample`] draws poses within the limits and states where the end is in each; nothing is left out of its counts.
-//! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSample`], each of which is known by its number alone.
+//! [`PoseSample`] draws poses within the limits, each of which is known by its number alone; [`StiffnessMap`] is the stiffness over them. Poses
+//! that cannot be reached are counted, not left out.
 
 mod end_load;
 mod extreme;
@@ -10,10 +10,9 @@ mod plane;
 mod pose_set;
 mod projected_ascent;
 mod sensitivity;
-mod workspace;
 
 pub use end_load::{EndShift, PoseSpread, ShiftMap, largest_load};
-pub use extreme::{Extreme, RefinedExtreme};
+pub use extreme::Extreme;
 pub use map::{
     ColumnStatistics, ColumnStudy, FitUncertainty, FittedCovariance, Level, MapColumn, MapModel,
     MatrixKind, MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme,
@@ -25,4 +24,3 @@ pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, WorkspaceError};
 pub use sensitivity::{
     DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity,
 };
-pub use workspace::{EndPoint, UnreachablePose, WorkspacePlan, WorkspaceSample};

@@ -2,11 +2,13 @@
 
 use std::str::FromStr;
 
-use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, Variable};
+use stiffbench_beams::robot::{
+    FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError, Theory,
+    Variable,
+};
 use stiffbench_numeric::vector::{dot, norm, scale, subtract};
 
 use super::extreme::Extreme;
-use super::workspace::{EndPlacer, WorkspacePlan};
 
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -152,9 +154,14 @@ pub fn variables_beside_the_plane(
     mechanism: &Mechanism,
     plane: &MapPlane,
 ) -> Result<Vec<String>, RobotError> {
-    let mut place = EndPlacer::new(robot, mechanism, &WorkspacePlan::paper())?;
+    let (joints, beams) = (JointModel::Rigid, FittingFactors::UNIT);
+    let mut model = MechanismModel::new(robot, mechanism, &joints, Theory::EulerBernoulli, &beams)?;
     let nominal = robot.nominal_pose();
-    let mut at = |pose: Pose| Ok(plane.place(place.end_point(pose)?.position_m));
+    let mut at = |pose: Pose| {
+        model.place(&pose)?;
+        let structure = model.structure();
+        Ok(plane.place(structure.nodes[structure.end.node].position_m))
+    };
     let mut starts = vec![(nominal.clone(), at(nominal.clone())?)];
     // A wrist that turns about an axis through the end moves it as soon as another joint bends it.
     for start in 1..=3 {

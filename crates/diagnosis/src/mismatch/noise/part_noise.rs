@@ -223,11 +223,7 @@ mod tests {
             out.loads.push(LoadPoint {
                 force_n: *driver,
                 step: place as u32,
-                hold_s: 0.0,
-                since_zero_s: 0.0,
-                warming_k: 0.0,
-                position_m: None,
-                is_unloaded: false,
+                ..LoadPoint::default()
             });
         }
         out.displacement_m = answers;
