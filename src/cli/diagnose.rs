@@ -6,7 +6,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
-    NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
+    NoiseSource, ResolvedModel, Subject, laws, noise_of, read_bytes, sha256, shown,
 };
 use crate::mismatch::{SearchOptions, Verdict};
 use crate::physics::Law;
@@ -43,7 +43,9 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
             seed: args.seed,
             ..SearchOptions::default()
         };
-        return part::diagnosed(&args.data, &options, &search, (&args.results()?, global));
+        let (name, bytes) = (shown(&args.data), read_bytes(&args.data)?);
+        let results = (&args.results()?, global);
+        return part::diagnosed((&name, &bytes), (&options, &[]), &search, results);
     }
     let settings = args.reading.open_settings(global)?;
     let first = Data::open(&args.data, &settings)?;
@@ -91,6 +93,7 @@ fn diagnosed(
         (&data.inputs, &data.warnings),
         model,
     )?;
+    bar.inc(1);
     bar.finish_and_clear();
     Ok(outcome)
 }

@@ -39,14 +39,14 @@ enum PartCommand {
 /// Arguments of `part diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "docs/parts.md explains the results.\n\nExamples:\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel --force-unit kN --displacement-unit mm\n  stiffbench part diagnose ramps.csv --response force --map force=torque_Nm,displacement=angle_mrad,run=cycle --out ramps"
+    after_help = "docs/parts.md explains the results.\n\nExamples:\n  stiffbench part diagnose messung.csv\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel --force-unit kN --displacement-unit mm\n  stiffbench part diagnose ramps.csv --response force --map force=torque_Nm,displacement=angle_mrad,run=cycle --out ramps"
 )]
 struct PartDiagnoseArgs {
     /// Table of force against displacement, or of any two quantities
     #[arg(value_name = "TABLE")]
     data: PathBuf,
-    /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one
-    #[arg(long, value_name = "WHAT=COLUMN", required = true)]
+    /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one [default: those that their names tell]
+    #[arg(long, value_name = "WHAT=COLUMN")]
     map: Vec<String>,
     /// Laws to exclude from the search, comma-separated
     #[arg(long, value_delimiter = ',', value_name = "LAW")]
@@ -70,7 +70,9 @@ pub(super) fn run(args: &PartArgs, global: &Global) -> Result<Outcome, Failure> 
     match &args.what {
         PartCommand::Predict(args) => predict::run(args),
         PartCommand::Diagnose(args) => {
-            let options = args.table.with_columns(&args.map)?;
+            let bytes = read_bytes(&args.data)?;
+            let (name, map) = (shown(&args.data), &args.map);
+            let (options, note) = args.table.with_columns(map, (&name, &bytes))?;
             let search = SearchOptions {
                 without: laws(&args.without)?,
                 seed: args.seed,
@@ -81,28 +83,34 @@ pub(super) fn run(args: &PartArgs, global: &Global) -> Result<Outcome, Failure> 
                 is_named: args.out.is_some(),
                 with_figures: !args.no_figures,
             };
-            diagnosed(&args.data, &options, &search, (&results, global))
+            let notes: Vec<String> = note.into_iter().collect();
+            diagnosed(
+                (&name, &bytes),
+                (&options, &notes),
+                &search,
+                (&results, global),
+            )
         }
     }
 }
 
 /// Reads the table and states what a straight line leaves out.
 pub(super) fn diagnosed(
-    path: &Path,
-    options: &SpecimenOptions,
+    (name, bytes): (&str, &[u8]),
+    (options, notes): (&SpecimenOptions, &[String]),
     search: &SearchOptions,
     (results, global): (&ResultFolder, &Global),
 ) -> Result<Outcome, Failure> {
-    let bytes = read_bytes(path)?;
-    let (name, hash) = (shown(path), sha256(&bytes));
-    let inputs = Inputs::default().with_list(&name, &hash);
-    let table = read_specimen(&name, bytes.as_slice(), options)?.thinned(MOST_READINGS_OF_A_PART);
+    let hash = sha256(bytes);
+    let inputs = Inputs::default().with_list(name, &hash);
+    let table = read_specimen(name, bytes, options)?.thinned(MOST_READINGS_OF_A_PART);
     let bar = progress(global, DIAGNOSIS_STEPS, 4);
-    let (report, model) = diagnose_part(&name, &table, search, &|| bar.inc(1))?;
+    let (report, model) = diagnose_part(name, &table, search, &|| bar.inc(1))?;
     let verdict = report.diagnosis.verdict.to_string();
-    let model = model.map(|model| PartModelFile::new(&model, options, (&name, &hash), verdict));
+    let model = model.map(|model| PartModelFile::new(&model, options, (name, &hash), verdict));
     let model = |_: &Path| Ok(model.map(|model| model.to_toml()));
-    let outcome = report_of(results, &report, (&inputs, &[]), model)?;
+    let outcome = report_of(results, &report, (&inputs, notes), model)?;
+    bar.inc(1);
     bar.finish_and_clear();
     Ok(outcome)
 }

@@ -8,7 +8,8 @@ use crate::analysis::{
     Inputs, PartModelFile, check_predictable, is_dash, read_bytes, read_text, sha256, shown,
 };
 use crate::report::PredictionReport;
-use crate::specimen::read_specimen;
+use crate::specimen::{SpecimenError, read_specimen};
+use crate::table_files::TableFileError;
 
 use super::failure::Failure;
 use super::figure_files::write_again;
@@ -40,7 +41,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let name = shown(&args.input);
     let mut columns = stored.columns.clone();
     columns.is_response_optional = true;
-    let table = read_specimen(&name, bytes.as_slice(), &columns)?;
+    let table = read_specimen(&name, bytes.as_slice(), &columns).map_err(of_predictions)?;
     check_predictable(&model, &table, &name)?;
     let predicted = model.predict(&table)?;
     let report = PredictionReport::new(&model, &table, &predicted);
@@ -61,4 +62,27 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
         .with_inputs(inputs)
         .with_warnings(notes)
         .with_file(csv))
+}
+
+/// The columns are those of the model, which no option of this command states.
+fn of_predictions(error: SpecimenError) -> SpecimenError {
+    match error {
+        SpecimenError::Table(TableFileError::UnknownColumn {
+            at,
+            column,
+            role,
+            found,
+            ..
+        }) => TableFileError::UnknownColumn {
+            advice: format!(
+                "add the column `{column}`: the table has the columns of the diagnosed one, but for the measured values"
+            ),
+            at,
+            column,
+            role,
+            found,
+        }
+        .into(),
+        other => other,
+    }
 }

@@ -3,10 +3,13 @@
 use clap::Args;
 
 use crate::analysis::ArgumentError;
+use crate::import::{ImportDraft, ImportMapping};
+use crate::nearest::listed_names;
 use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use crate::table_files::{TableFileOptions, TextEncoding};
 
+use super::failure::Failure;
 use super::import::column_pairs;
 use super::option_values::{ENCODINGS, OptionValue, decimal_signs, one_of};
 
@@ -120,10 +123,29 @@ impl PartTableArgs {
         }
     }
 
-    /// What the reader needs, with columns as `ROLE=COLUMN`.
-    pub(super) fn with_columns(&self, map: &[String]) -> Result<SpecimenOptions, ArgumentError> {
+    /// What the reader needs, with columns as `ROLE=COLUMN`; without any those that their names tell, which are noted.
+    ///
+    /// # Arguments
+    /// - `file`: name and bytes of the table.
+    pub(super) fn with_columns(
+        &self,
+        map: &[String],
+        file: (&str, &[u8]),
+    ) -> Result<(SpecimenOptions, Option<String>), Failure> {
         let mut options = self.options();
-        for (role, column) in column_pairs(map)? {
+        let mut pairs = column_pairs(map)?;
+        let is_guessed = pairs.is_empty();
+        if is_guessed {
+            pairs = self.guessed(file)?;
+        }
+        let note = is_guessed.then(|| {
+            let columns = pairs
+                .iter()
+                .map(|(role, column)| format!("{role}={column}"));
+            let columns: Vec<String> = columns.collect();
+            format!("columns by their names: --map {}", columns.join(","))
+        });
+        for (role, column) in pairs {
             match role.as_str() {
                 "force" => options.force_column = Some(column),
                 "displacement" => options.displacement_column = column,
@@ -134,13 +156,42 @@ impl PartTableArgs {
                 "hold" => options.hold_column = Some(column),
                 "order" => options.order_column = Some(column),
                 "branch" => options.branch_column = Some(column),
-                _ => return Err(wrong_map(&role, "there is no such role of a column")),
+                _ => return Err(wrong_map(&role, "there is no such role of a column").into()),
             }
         }
         if options.displacement_column.is_empty() {
-            return Err(wrong_map("", "the column of the displacement is missing"));
+            return Err(wrong_map("", "the column of the displacement is missing").into());
         }
-        Ok(options)
+        Ok((options, note))
+    }
+
+    /// The columns of force and displacement, and others, as an import takes them.
+    fn guessed(&self, file: (&str, &[u8])) -> Result<Vec<(String, String)>, Failure> {
+        let mapping = ImportMapping {
+            encoding: self.encoding,
+            sheet: self.sheet.clone(),
+            ..ImportMapping::default()
+        };
+        let columns = ImportDraft::read(&[file], None, &mapping)?.columns();
+        let names: Vec<String> = columns.iter().map(|one| one.name.clone()).collect();
+        let known = columns.into_iter().filter_map(|one| {
+            let role = match one.role?.as_str() {
+                "repeat" => "run".to_owned(),
+                role @ ("force" | "displacement" | "time" | "temperature" | "branch") => {
+                    role.to_owned()
+                }
+                _ => return None,
+            };
+            Some((role, one.name))
+        });
+        let known: Vec<(String, String)> = known.collect();
+        let has = |role: &str| known.iter().any(|(own, _)| own == role);
+        if has("force") && has("displacement") {
+            return Ok(known);
+        }
+        let names = listed_names(names.iter().map(String::as_str));
+        let problem = format!("the names {names} do not tell which column is what");
+        Err(wrong_map("", &problem).into())
     }
 }
 

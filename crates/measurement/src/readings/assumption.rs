@@ -257,7 +257,7 @@ pub(crate) fn left_out(groups: &[(&str, usize, Option<u32>)]) -> String {
     });
     let said: Vec<String> = said.collect();
     if said.is_empty() {
-        return "nothing is left out".to_owned();
+        return "every line was read".to_owned();
     }
     said.join("; ")
 }
