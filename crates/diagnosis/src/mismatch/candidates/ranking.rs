@@ -406,40 +406,25 @@ const AS_LOW: f64 = 1e-3;
 /// Rounds in which a value is searched: so many find one that is known to a ten-thousandth. Numerics.
 const ROUNDS: usize = 24;
 
-/// Where neighbours are looked at once a parabola shows how the squares rise, in [`AS_LOW`] (1): a little less, so that they end the search.
-const NEXT_RISE: f64 = 0.6;
-
-/// Smallest and largest step of the next neighbours, in the last (1): the squares have kinks, which no parabola shows.
-const NEXT_STEP: [f64; 2] = [0.03, 0.5];
-
-/// Tries factors by which a value may be better: a ratio and its inverse until neither helps, the vertex of the parabola through the three, and
-/// smaller ratios.
+/// Tries factors by which a value may be better, a ratio and its inverse, and smaller ones where neither helps.
 ///
 /// # Arguments
 /// - `ratio`: the first, above 1.
 /// - `rise`: by which share of the least squares so far a factor leaves more; one that leaves less, a negative share, is taken.
-fn search_by_ratios(ratio: f64, mut rise: impl FnMut(f64) -> f64) {
-    let mut step = ratio.ln();
+fn search_by_ratios(mut ratio: f64, mut rise: impl FnMut(f64) -> f64) {
     for _ in 0..ROUNDS {
-        let up = rise(step.exp());
+        let up = rise(ratio);
         if up < 0.0 {
             continue;
         }
-        let down = rise((-step).exp());
+        let down = rise(1.0 / ratio);
         if down < 0.0 {
             continue;
         }
         if up.max(down) < AS_LOW {
             break;
         }
-        let ([least, most], both) = (NEXT_STEP, up + down);
-        if both.is_finite() {
-            rise((step * 0.5 * (down - up) / both).exp());
-            let next = (NEXT_RISE * AS_LOW / (0.5 * both)).sqrt();
-            step *= next.clamp(least, most);
-        } else {
-            step *= most;
-        }
+        ratio = ratio.sqrt();
     }
 }
 
