@@ -1,9 +1,8 @@
 //! Whether readings agree with their repeats: the slope and the offset of a run, and each of its loads, against their predictive distribution.
 //!
-//! The distribution comes from the other runs of the cell, the scatter of all runs of the session, and a stated prior, which counts as
-//! [`PRIOR_FREEDOM`] degrees of freedom; a zero is a reading too, and scatters as they do. All checks of a session together ask in
-//! [`CLEAN_SESSIONS_ASKED`] of clean sessions. A session asks while the robot still stands there, an analysis says what a session would have
-//! asked.
+//! The distribution comes from the other runs of the cell, the scatter of all runs of the session, and a stated prior, which counts as six
+//! degrees of freedom; a zero is a reading too, and scatters as they do. All checks of a session together ask in one clean session of twenty.
+//! A session asks while the robot still stands there, an analysis says what a session would have asked.
 
 use std::collections::HashMap;
 
