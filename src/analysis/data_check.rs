@@ -93,6 +93,7 @@ pub(super) fn asked_about_runs(
     }
     let is_made = table.origin.is_some() || header.is_some_and(|header| header.origin.is_some());
     let terms = RunTerms {
+        zero_each_run: table.zeros.len() > cells.len() * axes.len(),
         scatter_m: is_made.then(stated_scatter_m),
         ..terms(axes, cells, &runs, header)
     };
@@ -144,6 +145,7 @@ fn terms(
     }
     RunTerms {
         settle: settle.unwrap_or_default(),
+        zero_each_run: true,
         scatter_m: None,
         force_step_n: step("force gauge"),
         gauges: gauges.collect(),

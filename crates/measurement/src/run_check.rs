@@ -94,6 +94,8 @@ pub struct LoadedRun {
 pub struct RunTerms {
     /// When a reading counts as settled.
     pub settle: Settle,
+    /// Whether each run has a zero of its own; runs that share one do not scatter by it.
+    pub zero_each_run: bool,
     /// Scatter of readings, m, where somebody states it.
     pub scatter_m: Option<f64>,
     /// Step of the force gauge, N.
@@ -499,7 +501,8 @@ impl RunCheck {
         let noise = reading_variance * (known * scale.powi(2) + of_run) / (known + freedom);
         let slope_prior = self.slope_prior(before, gauge, slope);
         let slope_variance = more * (slope_prior.powi(2) + noise / line.sxx);
-        let offset_variance = more * noise * (1.0 + leverage(0.0));
+        let of_zero = f64::from(u8::from(self.terms.zero_each_run));
+        let offset_variance = more * noise * (of_zero + leverage(0.0));
         let loads = points.iter().map(|of| {
             let free = Some(1.0 - leverage(of.1)).filter(|free| *free > LEAST_FREE);
             let free = free.unwrap_or(0.0);

@@ -1,6 +1,7 @@
 //! The readings of a session as the check of runs takes them.
 
 use stiffbench_gauges::Channel;
+use stiffbench_measurement::readings::ZeroScope;
 use stiffbench_measurement::run_check::{LoadReading, LoadedRun, RunCheck, RunTerms};
 
 use super::event::TakenReading;
@@ -27,6 +28,7 @@ pub(super) fn check_of(
     let cells = plan.cells.iter();
     let terms = RunTerms {
         settle: plan.procedure.settle,
+        zero_each_run: plan.procedure.zero == ZeroScope::Run,
         scatter_m,
         force_step_n: step(Channel::Force),
         gauges: gauges.collect(),
