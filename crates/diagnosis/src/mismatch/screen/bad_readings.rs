@@ -14,6 +14,8 @@
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
+use stiffbench_numeric::statistics::median;
+
 use super::deleted_residuals::{is_testable, repeats_of};
 use super::reading_screen::{ReadingScreen, TestedReadings};
 use super::screened::{BadReading, ScreenedData, ScreenedRuns};
@@ -23,7 +25,6 @@ use crate::mismatch::noise::KnownNoise;
 use crate::mismatch::observed::Observations;
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
 use crate::search::up_to_last_bad;
-use stiffbench_numeric::statistics::median;
 
 /// Looks for bad readings in good runs, and lays out the others.
 pub(crate) fn screen_readings(
