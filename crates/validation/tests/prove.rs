@@ -362,6 +362,36 @@ fn nothing_small_and_unknown() {
 }
 
 #[test]
+fn outside_the_library_a_law_at_the_place_is_mostly_and_one_elsewhere_a_wrong_name() {
+    let mut truth = compliant(&[]);
+    truth["physics"] = json!("joint-plasticity");
+    let mut outside = answer("unknown", false, &[truth]);
+    outside.left_by_library = Some(9.0);
+    let graded = |grade, joints: &[&str]| {
+        let at = |name: &&str| finding(joint(laws::JOINT_FRICTION, name, 1e-6), None);
+        let mut verdict = said(Verdict::Explained, joints.iter().map(at).collect());
+        verdict.diagnosis.as_mut().unwrap().grade = grade;
+        scored(&verdict, &outside).outcome
+    };
+    assert_eq!(
+        graded(VerdictGrade::Mostly, &["A3"]),
+        VerdictOutcome::Mostly
+    );
+    // Nothing is said of the rest under *is*, and another joint is not the place.
+    for (grade, joints) in [
+        (VerdictGrade::Is, &["A3"][..]),
+        (VerdictGrade::Mostly, &["A2"]),
+        (VerdictGrade::Mostly, &["A3", "A2"]),
+    ] {
+        assert_eq!(
+            graded(grade, joints),
+            VerdictOutcome::WrongName,
+            "{joints:?}"
+        );
+    }
+}
+
+#[test]
 fn acceptance_criteria_count_their_own_sessions() {
     let named = answer("named", false, &[compliant(&[])]);
     let truth = vec![finding(joint(laws::JOINT_COMPLIANCE, "A3", 1e-6), None)];

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use stiffbench_beams::physics::Effect;
-use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
+use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict, VerdictGrade};
 
 use super::answer_text::{answer_words, diagnosis_words};
 use super::answers::{Expected, KnownRival, SealedAnswer, Set, TrueEffect, place_words};
@@ -52,6 +52,8 @@ pub enum VerdictOutcome {
     /// Structure is said to be left where a law of the library acts that was not named.
     #[serde(rename = "unknown instead")]
     UnknownInstead,
+    /// Something outside the library is named by laws at its place, under the grade *mostly*, which states what they leave.
+    Mostly,
     /// Something outside the library is named as what explains a part of it, and too little is left to owe "unknown".
     #[serde(rename = "part named")]
     PartNamed,
@@ -72,7 +74,7 @@ pub enum VerdictOutcome {
 
 impl VerdictOutcome {
     /// All, in the order of tables.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Right,
         Self::MayBeMissed,
         Self::Incomplete,
@@ -81,6 +83,7 @@ impl VerdictOutcome {
         Self::Extra,
         Self::StructureClaimed,
         Self::UnknownInstead,
+        Self::Mostly,
         Self::PartNamed,
         Self::NotFound,
         Self::WrongName,
@@ -209,7 +212,12 @@ pub fn score(
     let groups = groups(findings);
     let (truths, extra) = match_truths(&groups, &answer.truth, distances)?;
     let outcome = diagnosis.map_or(VerdictOutcome::Failed, |d| {
-        outcome(d.verdict, answer, &truths, extra)
+        let mostly = d.grade == VerdictGrade::Mostly
+            && groups.iter().flatten().all(|finding| {
+                let place = json!(finding.effect.place);
+                answer.truth.iter().any(|truth| truth.place == place)
+            });
+        outcome(d.verdict, mostly, answer, &truths, extra)
     });
     let floor_m = answer.floor_rms_um * 1e-6;
     let [factors_in_intervals, factors_identified] =
@@ -341,8 +349,11 @@ pub(super) fn is_apart(between: f64, length: f64) -> bool {
     between >= APART && between >= APART_SHARE * length
 }
 
+/// # Arguments
+/// - `mostly`: the grade is *mostly*, and every law named is at the place of a true effect.
 fn outcome(
     verdict: Verdict,
+    mostly: bool,
     answer: &SealedAnswer,
     truths: &[TruthScore],
     extra: bool,
@@ -359,6 +370,7 @@ fn outcome(
             match (said, owed && !answer.may_be_missed) {
                 (Verdict::NothingMissing, true) => VerdictOutcome::NotFound,
                 (Verdict::NothingMissing, false) => VerdictOutcome::MayBeMissed,
+                (_, true) if mostly => VerdictOutcome::Mostly,
                 (_, true) => VerdictOutcome::WrongName,
                 (_, false) => VerdictOutcome::PartNamed,
             }

@@ -4,7 +4,9 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use crate::prove::{BlindVerdict, diagnosis_words};
-use stiffbench::mismatch::{Diagnosis, FactorChange, Finding, Location, Quality, Stratum, Verdict};
+use stiffbench::mismatch::{
+    Diagnosis, FactorChange, Finding, Location, Quality, Stratum, Verdict, VerdictGrade,
+};
 use stiffbench::physics::{Law, Place};
 use stiffbench::report::FittedParameter;
 use stiffbench::test_point::{Direction, PoseId};
@@ -37,6 +39,7 @@ enum SessionVerdict {
 struct DiagnosedSession {
     bench: String,
     verdict: Verdict,
+    grade: VerdictGrade,
     words: String,
     lacking: Vec<String>,
     findings: Vec<NamedFinding>,
@@ -126,6 +129,7 @@ impl DiagnosedSession {
         Self {
             bench,
             verdict: diagnosis.verdict,
+            grade: diagnosis.grade,
             words: diagnosis_words(diagnosis),
             lacking: diagnosis.lacking.clone(),
             findings: diagnosis.findings.iter().map(NamedFinding::from).collect(),
