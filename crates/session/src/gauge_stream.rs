@@ -25,6 +25,12 @@ const SAID_AGAIN_S: f64 = 10.0;
 /// Two steps of the last digit that differ by less than this share are the same.
 const SAME_DIGIT: f64 = 0.01;
 
+/// A unit that stays for so many packets was set at the panel; one that comes in turn with another does not stay.
+const PACKETS_OF_A_SETTING: u32 = 3;
+
+/// Changes of the unit, none of which stayed, from which a gauge sends its units in turn: nobody turns a panel so often so fast.
+const TURNS: u32 = 3;
+
 /// A value that is further from the middle than this many times the usual distance stands apart: four standard deviations of normal noise
 /// are 5.9 times the median distance.
 const TYPICAL: f64 = 6.0;
@@ -80,6 +86,8 @@ pub(super) struct GaugeStream {
     pub(super) unit: Option<Box<str>>,
     /// The step of its last digit that it began with, N or m.
     digit: Option<f64>,
+    /// The unit of its last packet, for how many packets it stayed, and how many changes came before of which none stayed.
+    turns: (Box<str>, u32, u32),
     /// Time and value as sent since the last certain moment, oldest first; no gap clears them.
     history: VecDeque<(f64, f64)>,
     /// Smallest and largest value since the task began, as sent.
@@ -104,6 +112,7 @@ impl GaugeStream {
             rejects: false,
             unit: None,
             digit: None,
+            turns: Default::default(),
             history: VecDeque::new(),
             extremes: None,
             least_stale_s,
@@ -115,6 +124,22 @@ impl GaugeStream {
         let unit = self.unit.as_ref().is_some_and(|unit| *unit != sample.unit);
         let other = |digit: f64| (sample.resolution_si / digit - 1.0).abs() > SAME_DIGIT;
         unit || self.digit.is_some_and(other)
+    }
+
+    /// Whether a value is in the other unit of a gauge that sends two in turn, as dual displays do: the session stays with the unit it has.
+    pub(super) fn is_of_another_turn(&mut self, sample: &Sample) -> bool {
+        let (unit, stayed, turns) = &mut self.turns;
+        if *unit == sample.unit {
+            *stayed += 1;
+            if *stayed >= PACKETS_OF_A_SETTING {
+                *turns = 0;
+            }
+        } else {
+            *turns += u32::from(!unit.is_empty());
+            *unit = sample.unit.clone();
+            *stayed = 1;
+        }
+        *turns >= TURNS && self.unit.as_ref().is_some_and(|own| *own != sample.unit)
     }
 
     /// Takes a value; `Err` with the reason if the gauge has changed its unit or its number of decimals.
@@ -495,5 +520,24 @@ mod tests {
         assert!(!stream.is_good(0.1));
         stream.sample(sample(0.2, 1.0)).unwrap();
         assert!(stream.is_good(0.2));
+    }
+
+    #[test]
+    fn of_two_units_in_turn_the_first_is_read_until_one_stays() {
+        let mut stream = GaugeStream::new(Channel::Displacement, 0.1);
+        let mut left_out = |unit: &str| {
+            let mut value = sample(0.0, 1.0);
+            value.unit = unit.into();
+            let left_out = stream.is_of_another_turn(&value);
+            if unit == "mm" {
+                stream.sample(value).unwrap();
+            }
+            left_out
+        };
+        let turns = ["mm", "in", "mm", "in", "mm", "in", "in"];
+        let expected = [false, false, false, true, false, true, true];
+        assert_eq!(turns.map(&mut left_out), expected);
+        // The third of a unit in a row: it was set at the panel.
+        assert_eq!(["in", "mm", "in"].map(left_out), [false; 3]);
     }
 }

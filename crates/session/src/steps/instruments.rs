@@ -36,6 +36,18 @@ impl Machine {
         match event {
             // The other number of a packet is no value of this gauge.
             GaugeEvent::Sample { channel, sample } if sample.kind != channel.kind() => {}
+            GaugeEvent::Sample { channel, sample }
+                if self.stream_mut(channel).is_of_another_turn(&sample) =>
+            {
+                let own = self.stream(channel).unit.as_deref().unwrap_or_default();
+                let text = format!(
+                    "the {channel} gauge sends {own} and {other} in turn: values in {other} are left out",
+                    other = sample.unit
+                );
+                if !self.settings.warnings.contains(&text) {
+                    self.warn(&text, out);
+                }
+            }
             GaugeEvent::Sample { channel, sample } => {
                 let was_blocked = self.stream(channel).blocked.is_some();
                 let was_away = self.stream(channel).is_stale(sample.at_s);
@@ -69,9 +81,7 @@ impl Machine {
                             "the {channel} gauge sends \"{}\": {LOW_BATTERY}",
                             rejected.raw
                         );
-                        self.settings.warnings.push(text.clone());
-                        self.message(text.clone(), true, out);
-                        self.note(&text, out);
+                        self.warn(&text, out);
                     }
                     return;
                 }
@@ -95,6 +105,13 @@ impl Machine {
                 self.end(SessionEnd::Partial, "the gauges send no more values", out);
             }
         }
+    }
+
+    /// A warning that is shown, kept in the journal, and stays on the screen.
+    fn warn(&mut self, text: &str, out: &mut Vec<Action>) {
+        self.settings.warnings.push(text.to_owned());
+        self.message(text.to_owned(), true, out);
+        self.note(text, out);
     }
 
     /// Identity, unit and mode are asked for again; what was being done is computed again.
