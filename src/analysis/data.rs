@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{
-    ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, VectorText,
-};
+use crate::import::{ImportDraft, ImportMapping, ImportedReadings, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
@@ -513,26 +511,14 @@ fn own_names(
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
-/// A table of another program as `import` reads it; where the displacement goes against the force throughout, the gauges count in opposite
-/// directions, and the displacement is turned.
+/// A table of another program as `import` reads it.
 fn of_other_program(
     name: &str,
     bytes: &[u8],
     columns: &ImportMapping,
 ) -> Result<ImportedReadings, AnalysisError> {
-    let read = |mapping: &ImportMapping| {
-        let draft = ImportDraft::read(&[(name, bytes)], None, mapping)?;
-        draft.finish(&format!("stiffbench import {name} --out FOLDER"))
-    };
-    let imported = read(columns)?;
-    if !imported.notes.contains(&ImportNote::AgainstForce) {
-        return Ok(imported);
-    }
-    let turned = ImportMapping {
-        flip: vec![ImportedQuantity::Displacement],
-        ..columns.clone()
-    };
-    Ok(read(&turned)?)
+    let draft = ImportDraft::read(&[(name, bytes)], None, columns)?;
+    Ok(draft.finish(&format!("stiffbench import {name} --out FOLDER"))?)
 }
 
 /// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.

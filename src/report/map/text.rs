@@ -15,15 +15,15 @@ use super::{MapReport, unit_of};
 const SAME: f64 = 1e-9;
 
 impl MapReport<'_> {
-    /// Statistics, where the extremes and regions lie, and the paper's tables.
+    /// Where each mechanism is softest, statistics, where the extremes and regions lie, and the paper's tables.
     #[must_use]
     pub fn document(&self) -> Document {
         let mut document = Document::of(format!(
             "{}, factors {}",
             self.robot.name, self.factors_name
         ));
+        self.add_softest(&mut document);
         document.paragraph(format!("{}.", self.sampling_words()));
-        self.add_methods(&mut document);
         let columns = self.mechanisms.iter();
         let columns = columns.map(|(_, study)| study.map.columns.len());
         for column in 0..columns.max().unwrap_or_default() {
@@ -40,8 +40,36 @@ impl MapReport<'_> {
             self.add_regions(&mut document);
         }
         paper::add_tables(&mut document, &self.paper_cells());
+        self.add_methods(&mut document);
         document.append(self.notes());
         document
+    }
+
+    /// The softest direction of each mechanism, and where it is that.
+    fn add_softest(&self, document: &mut Document) {
+        let [first, second] = plane_letters(&self.poses.plane);
+        for (_, study) in &self.mechanisms {
+            let directions = study.columns.iter().map(|found| {
+                let sampled = found.statistics.smallest.stiffness_n_per_m;
+                let refined = found.refined[0].as_ref().ok();
+                let least = refined.map_or(sampled, |to| to.stiffness_n_per_m.min(sampled));
+                (&found.column, least, refined)
+            });
+            let along = directions.filter(|(of, ..)| !of.is_principal() && !of.is_rotational());
+            let Some((column, least, refined)) = along.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+                continue;
+            };
+            let place = refined.map_or_else(String::new, |refined| {
+                let [across, upward] = self.poses.plane.place(refined.end_m);
+                format!(" at {first} {across:.3} m, {second} {upward:.3} m")
+            });
+            document.item(format!(
+                "Mechanism {} is softest {}: {} N/µm{place}",
+                study.map.mechanism,
+                direction_words(column),
+                stiffness(column, least),
+            ));
+        }
     }
 
     fn column_name(&self, column: usize) -> Option<String> {

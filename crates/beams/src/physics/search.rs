@@ -212,11 +212,11 @@ impl SearchSpec {
         needs: Needs::Nothing,
         unseen_at_place: (
             "no plausible size would have been distinguishable from noise or from the fitted factors",
-            "measure further poses, larger loads or more repeats",
+            "measure larger loads, more repeats or, of a robot, further poses",
         ),
         unseen: (
             "no plausible size would have been detectable in these readings",
-            Some("measure further poses, larger loads or more repeats"),
+            Some("measure larger loads, more repeats or, of a robot, further poses"),
         ),
     };
 }

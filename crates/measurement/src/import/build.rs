@@ -2,7 +2,7 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::columns::{ColumnRole, MissingPart};
+use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::draft::ImportDraft;
 use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
@@ -106,7 +106,14 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     }
     number_runs(draft, &rows, &mut imported, &mut notes)?;
     set_branches(draft, &rows, &mut imported, &mut notes)?;
-    note_signs(draft, &imported, &mut notes);
+    let mut mapping = complete(draft);
+    if mapping.flip.is_empty() && is_against_force(&imported) {
+        for row in &mut imported {
+            row.displacement_m = -row.displacement_m;
+        }
+        mapping.flip.push(ImportedQuantity::Displacement);
+        notes.push(ImportNote::AgainstForce);
+    }
     let table = readings(draft, &imported)?;
     let assumed = table.assumptions.iter();
     let assumed = assumed.filter(|one| !matches!(one, Assumption::ColumnAbsent(_)));
@@ -114,7 +121,7 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     Ok(ImportedReadings {
         table,
         poses: joints,
-        mapping: complete(draft),
+        mapping,
         notes,
     })
 }
@@ -395,13 +402,10 @@ fn without_small_opposite(loads: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Notes displacements that go against the forces in every cell.
-fn note_signs(draft: &ImportDraft, imported: &[ImportedRow], notes: &mut Vec<ImportNote>) {
-    if draft.mapping.flip.len() == 1 {
-        return;
-    }
+/// Whether the displacements go against the forces in every run: a gauge counts the other way, for no stiffness is negative.
+fn is_against_force(imported: &[ImportedRow]) -> bool {
     let groups = grouped(imported, |row| (cell(row), row.repeat));
-    let against = groups.iter().filter(|group| {
+    groups.iter().all(|group| {
         let n = group.len() as f64;
         let mean = |of: fn(&ImportedRow) -> f64| {
             group.iter().map(|index| of(&imported[*index])).sum::<f64>() / n
@@ -413,10 +417,7 @@ fn note_signs(draft: &ImportDraft, imported: &[ImportedRow], notes: &mut Vec<Imp
             (row.force_n - force) * (row.displacement_m - displacement)
         };
         group.iter().map(product).sum::<f64>() < 0.0
-    });
-    if against.count() == groups.len() {
-        notes.push(ImportNote::AgainstForce);
-    }
+    })
 }
 
 /// The rows as `readings.csv`, through the reader of that form.

@@ -156,9 +156,7 @@ pub enum ImportNote {
     )]
     NegativeDirection,
     /// Displacements go against the forces throughout.
-    #[error(
-        "the displacement goes against the force throughout; if one gauge counts the other way, import again with --flip displacement"
-    )]
+    #[error("the displacement goes against the force throughout: its sign was reversed")]
     AgainstForce,
     /// What the reader of readings assumed.
     #[error("{0}")]
