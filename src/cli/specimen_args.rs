@@ -150,8 +150,8 @@ impl PartTableArgs {
                 "force" => options.force_column = Some(column),
                 "displacement" => options.displacement_column = column,
                 "time" => options.time_column = Some(column),
-                "run" => options.run_column.push(column),
-                "configuration" => options.configuration_column.push(column),
+                "run" | "repeat" => options.run_column.push(column),
+                "configuration" | "pose" => options.configuration_column.push(column),
                 "temperature" => options.temperature_column = Some(column),
                 "hold" => options.hold_column = Some(column),
                 "order" => options.order_column = Some(column),
@@ -175,14 +175,16 @@ impl PartTableArgs {
         let columns = ImportDraft::read(&[file], None, &mapping)?.columns();
         let names: Vec<String> = columns.iter().map(|one| one.name.clone()).collect();
         let known = columns.into_iter().filter_map(|one| {
-            let role = match one.role?.as_str() {
-                "repeat" => "run".to_owned(),
-                role @ ("force" | "displacement" | "time" | "temperature" | "branch") => {
-                    role.to_owned()
-                }
-                _ => return None,
-            };
-            Some((role, one.name))
+            let role = one.role?;
+            let known = [
+                "force",
+                "displacement",
+                "repeat",
+                "time",
+                "temperature",
+                "branch",
+            ];
+            known.contains(&role.as_str()).then_some((role, one.name))
         });
         let known: Vec<(String, String)> = known.collect();
         let has = |role: &str| known.iter().any(|(own, _)| own == role);

@@ -65,7 +65,7 @@ pub enum Task {
         gauge: Option<Channel>,
         /// Signed force that is enough, N.
         force_n: f64,
-        /// Whether everything is still to be let go, so that it can be seen what the gauges show without a push.
+        /// Whether everything is to be let go: what the gauges show without a push is not known yet, or the push was seen.
         let_go: bool,
     },
     /// Bring the force to a target and keep it there.

@@ -84,6 +84,21 @@ fn each_gauge_is_kept_with_its_bytes_whichever_way_it_counts() {
 }
 
 #[test]
+fn a_hand_that_pushes_before_the_rest_was_seen_shows_no_wrong_sign() {
+    let mut rig = Rig::start(&of_vectors());
+    rig.bench.signs[Channel::DisplacementZ.index()] = -1.0;
+    // Longer than the rest that is observed: what comes back as the hand lets go is no push.
+    rig.bench.eager_s = 2.5;
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
+    let state = rig.machine.state();
+    assert_true_readings(state);
+    assert_eq!(
+        state.signs,
+        [Some(-1.0), None, Some(1.0), Some(1.0), Some(-1.0)]
+    );
+}
+
+#[test]
 fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal() {
     let mut procedure = of_vectors();
     procedure.displacement_axes = vec![Direction::X, Direction::Z];

@@ -124,6 +124,9 @@ pub(crate) struct MockBench {
     pub(crate) past_n: VecDeque<f64>,
     /// Force that stays on where the gauge should hang free, N.
     pub(crate) left_on_n: f64,
+    /// How long a hand beside the force gauge pushes at once when it is asked to let go first, s, and until when it does along each axis.
+    pub(crate) eager_s: f64,
+    pub(crate) eager_until_s: [Option<f64>; 3],
 }
 
 pub(crate) type Display = fn(&MockBench, f64) -> f64;
@@ -194,6 +197,8 @@ impl Default for MockBench {
             taken: (0, 0.0),
             past_n: VecDeque::new(),
             left_on_n: 0.0,
+            eager_s: 0.0,
+            eager_until_s: [None; 3],
         }
     }
 }
@@ -255,6 +260,15 @@ impl MockBench {
                 self.direction.clone_from(direction);
                 self.aim_n = 0.0;
             }
+            Task::PushByHand {
+                gauge: Some(beside),
+                force_n,
+                ..
+            } if self.pushes_at_once(*beside) => {
+                let axis = beside.axis().expect("it stands along an axis");
+                self.pushed_m[axis.index()] = 150e-6_f64.copysign(*force_n);
+                self.aim_n = 0.0;
+            }
             Task::PushByHand { let_go: true, .. } => self.aim_n = 0.0,
             Task::PushByHand { force_n, gauge, .. } => match gauge.and_then(Channel::axis) {
                 Some(axis) => self.pushed_m[axis.index()] = 150e-6_f64.copysign(*force_n),
@@ -288,6 +302,13 @@ impl MockBench {
             }
             _ => {}
         }
+    }
+
+    /// Whether a hand pushes along an axis before it is time to.
+    fn pushes_at_once(&mut self, gauge: Channel) -> bool {
+        let axis = gauge.axis().map_or(0, Direction::index);
+        let until_s = self.now_s + self.eager_s;
+        self.now_s < *self.eager_until_s[axis].get_or_insert(until_s)
     }
 
     /// The jack moves for a tick.

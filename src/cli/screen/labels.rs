@@ -75,7 +75,7 @@ pub(super) fn task(task: &Task) -> String {
             format!("Set the robot to {pose}; jack and gauges along {direction}")
         }
         Task::PushByHand { let_go: true, .. } => {
-            "Let go of robot and gauges: their rest is observed first".to_owned()
+            "Let go of robot and gauges: their rest is observed".to_owned()
         }
         Task::PushByHand {
             direction,

@@ -81,7 +81,7 @@ impl Machine {
                     direction: stage.along,
                     gauge: stage.gauge.filter(|_| !stage.with_force),
                     force_n: self.push_n(),
-                    let_go: self.waits_for_base(),
+                    let_go: self.wants_no_hand(),
                 }
             }
             Some(Job::Load { target_n, purpose }) => Task::Load { target_n, purpose },

@@ -30,7 +30,12 @@ const BASE_S: f64 = 1.0;
 /// spreads.
 const BESIDE: (f64, f64, f64) = (10.0, 5.0, 5.0);
 
-/// A force that stays for so long is no hand on the gauge: it was zeroed, or its zero has moved, s.
+/// Share of a push beside the force gauge that is left once the end has come back (1). One that does not come back shows no sign: it may be the
+/// hand that lets go.
+const CAME_BACK: f64 = 0.5;
+
+/// A force that stays for so long is no hand on the gauge: it was zeroed, or its zero has moved, s. An end that stays away for as long was let go
+/// of, or has moved.
 const NO_HAND_S: f64 = 15.0;
 
 /// Which way gauges counted under a push: 1 up, -1 down.
@@ -55,6 +60,9 @@ pub(super) struct SignWatch {
     remarked: bool,
     /// When it began, s.
     since_s: f64,
+    /// How far the end has gone at most beside the force gauge, as sent, m, and when that was enough for a sign, s.
+    farthest_m: f64,
+    enough_s: Option<f64>,
 }
 
 impl Machine {
@@ -127,9 +135,7 @@ impl Machine {
             let least_m = (digits * digit_m)
                 .max(spreads * noise)
                 .max(settled * spread_m);
-            if moved_m.abs() >= least_m {
-                self.ask_which_way(cell, vec![(watched, moved_m.signum())], out);
-            }
+            self.watch_beside(cell, watched, moved_m, least_m, out);
             return;
         }
         let least_m = (DIGITS * digit_m).max(DIGITS * noise);
@@ -153,9 +159,41 @@ impl Machine {
         }
     }
 
-    /// Whether it is not known yet what the gauges show without a push.
-    pub(super) fn waits_for_base(&self) -> bool {
-        self.watch.is_some_and(|watch| watch.base.is_none())
+    /// Follows a push beside the force gauge: it shows a sign once the end has gone far enough and come back.
+    fn watch_beside(
+        &mut self,
+        cell: usize,
+        watched: Channel,
+        moved_m: f64,
+        least_m: f64,
+        out: &mut Vec<Action>,
+    ) {
+        let Some(watch) = self.watch.as_mut() else {
+            return;
+        };
+        if moved_m.abs() > watch.farthest_m.abs() {
+            watch.farthest_m = moved_m;
+        }
+        let farthest_m = watch.farthest_m;
+        if farthest_m.abs() < least_m {
+            return;
+        }
+        let Some(enough_s) = watch.enough_s else {
+            watch.enough_s = Some(self.now_s);
+            self.message("let go of the end".to_owned(), true, out);
+            return;
+        };
+        if moved_m.abs() <= CAME_BACK * farthest_m.abs() {
+            self.ask_which_way(cell, vec![(watched, farthest_m.signum())], out);
+        } else if self.now_s - enough_s > NO_HAND_S {
+            self.begin_sign_check(cell, out);
+        }
+    }
+
+    /// Whether no hand is to push: what the gauges show without is not known yet, or the push was seen.
+    pub(super) fn wants_no_hand(&self) -> bool {
+        self.watch
+            .is_some_and(|watch| watch.base.is_none() || watch.enough_s.is_some())
     }
 
     /// The displacement gauge that is watched under a push; one whose sign it does not show is at least to be at rest.
