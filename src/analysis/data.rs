@@ -336,7 +336,8 @@ impl LoadedSession {
         if LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let is_foreign = !of_vectors && options.columns != ImportMapping::default();
+        let is_foreign = !of_vectors
+            && (options.columns != ImportMapping::default() || !has_names_of_readings(&bytes));
         let (mut table, poses, mut warnings) = if is_foreign {
             let imported = of_other_program(&name, &bytes, &options.columns)?;
             let notes = imported.notes.iter().map(ToString::to_string);
@@ -511,6 +512,18 @@ fn own_names(
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
+/// Whether the first line that is no comment has a column of force or displacement as readings name it; nothing at all is for their reader.
+fn has_names_of_readings(bytes: &[u8]) -> bool {
+    let mut lines = bytes.split(|byte| *byte == b'\n');
+    let header = lines.find(|line| !line.starts_with(b"#") && !line.trim_ascii().is_empty());
+    header.is_none_or(|header| {
+        let header = String::from_utf8_lossy(header);
+        ["force_N", "displacement_um"]
+            .iter()
+            .any(|name| header.contains(name))
+    })
+}
+
 /// A table of another program as `import` reads it.
 fn of_other_program(
     name: &str,
@@ -518,7 +531,7 @@ fn of_other_program(
     columns: &ImportMapping,
 ) -> Result<ImportedReadings, AnalysisError> {
     let draft = ImportDraft::read(&[(name, bytes)], None, columns)?;
-    Ok(draft.finish(&format!("stiffbench import {name} --out FOLDER"))?)
+    Ok(draft.finish("add")?)
 }
 
 /// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.

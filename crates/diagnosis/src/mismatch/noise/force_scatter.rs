@@ -95,19 +95,71 @@ pub(crate) fn positions_of_repeats(observations: &Observations, positions_m: Vec
 /// Share of the largest load by which loads of one step may differ to be repeats (1). By judgement.
 const SAME_LOAD: f64 = 0.05;
 
-/// For each reading the number of its cell, branch and step.
+/// Times by which the smallest difference between loads exceeds the largest of one load that comes back (1). By judgement.
+const APART: f64 = 5.0;
+
+/// For each reading the number of its cell, branch and step; in a recording of one run, whose steps no repeat has, of a load that comes back.
 fn steps(observations: &Observations) -> Vec<usize> {
     let mut numbers = HashMap::new();
     let all = 0..observations.len();
     let number = all.map(|reading| {
-        let unloads = observations.readings[reading].branch == Branch::Unloading;
         let step = observations.loads[reading].step;
         let next = numbers.len();
-        *numbers
-            .entry((observations.cell_of(reading), unloads, step))
-            .or_insert(next)
+        let key = (
+            observations.cell_of(reading),
+            unloads(observations, reading),
+            step,
+        );
+        *numbers.entry(key).or_insert(next)
     });
-    number.collect()
+    let number: Vec<usize> = number.collect();
+    if numbers.len() < observations.len() {
+        return number;
+    }
+    loads_that_come_back(observations).unwrap_or(number)
+}
+
+fn unloads(observations: &Observations, reading: usize) -> bool {
+    observations.readings[reading].branch == Branch::Unloading
+}
+
+/// For each reading the number of its cell, branch and load, where loads come back: then differences between sorted loads are either those of a setting
+/// or those between loads, and nothing lies between. `None` of loads that are spread evenly, or equal to the last digit.
+fn loads_that_come_back(observations: &Observations) -> Option<Vec<usize>> {
+    let mut order: Vec<usize> = (0..observations.len()).collect();
+    let key = |reading: usize| {
+        (
+            observations.cell_of(reading),
+            unloads(observations, reading),
+        )
+    };
+    let force_n = |reading: usize| observations.loads[reading].force_n;
+    order.sort_by(|&a, &b| {
+        let place = key(a).cmp(&key(b));
+        place.then(force_n(a).total_cmp(&force_n(b)))
+    });
+    let pairs = || order.windows(2).filter(|pair| key(pair[0]) == key(pair[1]));
+    let mut gaps: Vec<f64> = pairs()
+        .map(|pair| force_n(pair[1]) - force_n(pair[0]))
+        .collect();
+    gaps.sort_by(f64::total_cmp);
+    // Half of all gaps at least are within loads where each comes back twice.
+    let upper = gaps.get(gaps.len() / 2..)?.windows(2);
+    let [within, between] = upper
+        .map(|pair| [pair[0], pair[1]])
+        .filter(|[within, _]| *within > 0.0)
+        .max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])))?;
+    if between < APART * within {
+        return None;
+    }
+    let mut number = vec![0; observations.len()];
+    let mut last = 0;
+    for pair in order.windows(2) {
+        let is_same = key(pair[0]) == key(pair[1]) && force_n(pair[1]) - force_n(pair[0]) <= within;
+        last += usize::from(!is_same);
+        number[pair[1]] = last;
+    }
+    Some(number)
 }
 
 /// Values without the means of their steps.
