@@ -201,7 +201,7 @@ fn guessed_units(stiffness_n_per_m: f64) -> &'static str {
 /// unloaded gauge, or loads are near zero.
 fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
     /// A smaller difference matters to nobody.
-    const SHARE: f64 = 0.05;
+    const SHARE: f64 = 0.02;
     let estimate = |row: &crate::stiffness::CellStiffness, method| {
         let found = row.by(method).ok()?;
         Some((found.estimate.value, found.estimate.expanded_95()?))
@@ -219,7 +219,7 @@ fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
         .collect();
     let (cell, slope, ratio) = differ.first()?;
     Some(format!(
-        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/µm): the displacement did not count from the unloaded gauge, loads are near zero, or the loads do not lie on a straight line",
+        "in {} of {} cells the mean of F/d and the slope differ by more than 2 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/µm): the displacement counts from a preload, loads are near zero, or the loads do not lie on a straight line; an offset does not enter the slope",
         differ.len(),
         table.cells.len(),
         ratio * METRES_PER_MICROMETRE,

@@ -9,7 +9,10 @@ use stiffbench_document::Document;
 use crate::analysis::{AnalysisError, ArgumentError, Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
-use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, compare};
+use crate::stiffness::{
+    Branches, CellStiffness, Comparison, Flag, SameGauges, StiffnessAgreement, StiffnessTable,
+    compare,
+};
 
 use super::args::Global;
 use super::data_args::DataArgs;
@@ -83,6 +86,9 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
                 .map(|w| format!("{}: {w}", session.name))
         })
         .collect();
+    let tables = [(&a, &table_a), (&b, &table_b)];
+    let doubts = tables.map(|(session, table)| cells_in_doubt(&session.name, table));
+    warnings.splice(0..0, doubts.into_iter().flatten());
     warnings.push(gauge_note(same));
     warnings.extend(metadata_differences(&a, &b));
     let mut drawn = Vec::new();
@@ -120,6 +126,19 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         .with_warnings(warnings)
         .with_written(&drawn)
         .with_strict_exit(u8::from(differs)))
+}
+
+/// The cells whose flags put their stiffness in doubt; `None` if there are none.
+fn cells_in_doubt(name: &str, table: &StiffnessTable) -> Option<String> {
+    let in_doubt = |cell: &&CellStiffness| cell.flags.iter().any(Flag::spoils_stiffness);
+    let cells = table.cells.iter().filter(in_doubt);
+    let cells: Vec<String> = cells.map(|cell| cell.cell.to_string()).collect();
+    (!cells.is_empty()).then(|| {
+        format!(
+            "{name}: K of {} is in doubt; `stiffness {name}` gives the reasons",
+            cells.join(", ")
+        )
+    })
 }
 
 /// Gauges are the same if both sessions name the same serial number.

@@ -123,6 +123,7 @@ impl ComparisonReport {
             |dof: Option<f64>| dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2));
         let differs = |differs: bool| if differs { "yes" } else { "" }.to_owned();
         let mut document = Document::new();
+        document.paragraph(&self.headline);
         document.item(format!("A is {a}"));
         document.item(format!("B is {b}"));
         document.table(
@@ -133,6 +134,10 @@ impl ComparisonReport {
                 .numbers("K of B, N/µm", |cell| stiffness(&cell.b))
                 .numbers("B - A, N/µm", |cell| difference(cell)[0].clone())
                 .numbers("U", |cell| difference(cell)[1].clone())
+                .numbers("B/A - 1, %", |cell| {
+                    let share = cell.difference.value / cell.a.value.unwrap_or(f64::NAN);
+                    format!("{:+.1}", 100.0 * share)
+                })
                 .numbers("dof", |cell| dof(cell.difference.dof))
                 .numbers("(B - A)/U", |cell| format!("{:.2}", cell.en_ratio))
                 .words("differs", |cell| differs(cell.differs)),
@@ -157,7 +162,7 @@ impl ComparisonReport {
                 probability(overall.p)
             ));
         }
-        document.paragraph(format!("{} Rule: {}", self.headline, self.rule));
+        document.paragraph(format!("Rule: {}", self.rule));
         document
     }
 

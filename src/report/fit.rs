@@ -47,6 +47,9 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
         method_words(fit),
         fit.termination
     ));
+    if let Some(error) = largest_error(fit) {
+        document.paragraph(error);
+    }
     for session in &fit.sessions {
         let slope = session.run_slope_sd.map_or_else(
             || "too few repeats to show how the slopes of its runs scatter".to_owned(),
@@ -523,16 +526,29 @@ fn cells(fit: &FitReport) -> Document {
     if !fit.across.is_empty() {
         document.table(across(fit));
     }
-    if let Some(worst) = fit.max_error_percent {
-        let unseen = left_out || fit.cells.iter().any(|cell| cell.held_out);
-        let which = if unseen {
-            "cells the fit did not see"
-        } else {
-            "cells of the fit itself"
-        };
-        document.paragraph(format!("Largest error over the {which}: {worst:.2} %."));
+    let of_readings = matches!(
+        fit.weights,
+        Some(
+            WeightBasis::Pooled { .. } | WeightBasis::EachCell | WeightBasis::FromResiduals { .. }
+        )
+    );
+    if of_readings && !fit.cells.is_empty() {
+        document.paragraph("The measured stiffness is estimated from all readings with the scatter that they share (generalised least squares); `stiffness` prints the slope of each pose and direction by itself.");
     }
     document
+}
+
+/// How far the model is off, in a sentence.
+fn largest_error(fit: &FitReport) -> Option<String> {
+    let worst = fit.max_error_percent?;
+    let mut cells = fit.cells.iter();
+    let unseen = cells.any(|cell| cell.held_out || cell.predicted_without_its_pose.is_some());
+    let which = if unseen {
+        "cells the fit did not see"
+    } else {
+        "cells of the fit itself"
+    };
+    Some(format!("Largest error over the {which}: {worst:.2} %."))
 }
 
 /// A pose, of one of several sessions with its name.

@@ -175,12 +175,15 @@ fn outcome(
         PageFormat::Typst => document.lines(format!("Next: typst compile {out}")),
     }
     let mut warnings = source.warnings();
+    warnings.extend(page.without_decision());
     let overdue = source.overdue();
     if !overdue.is_empty() {
         warnings.push(format!("calibration overdue: {}", overdue.join(", ")));
     }
+    let stated = page.conformity.as_ref();
+    let is_failed = stated.is_some_and(|stated| !stated.all_pass());
     Outcome::new("report", document, page)
         .with_inputs(source.inputs())
         .with_warnings(warnings)
-        .with_strict_exit(u8::from(!missing.is_empty()))
+        .with_strict_exit(u8::from(!missing.is_empty() || is_failed))
 }

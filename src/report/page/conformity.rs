@@ -152,6 +152,17 @@ pub struct ConformityStatement {
 }
 
 impl ConformityStatement {
+    /// Whether every requirement is met, at least on condition.
+    pub(crate) fn all_pass(&self) -> bool {
+        let mut decisions = self.requirements.iter().map(|one| one.decision);
+        decisions.all(|decision| {
+            matches!(
+                decision,
+                ConformityDecision::Pass | ConformityDecision::ConditionalPass
+            )
+        })
+    }
+
     /// The statement with its rule, and every requirement.
     pub(super) fn document(&self) -> Document {
         let mut document = Document::new();

@@ -119,15 +119,23 @@ impl ReportPage {
         if let Some(conformity) = &self.conformity {
             return conformity.rule.to_owned();
         }
-        let details = &self.settings.details;
-        let reason = if details.requirements.is_empty() {
-            "no requirement is stated"
-        } else if details.decision_rule.is_none() {
-            "requirements are stated, but no decision rule"
-        } else {
-            "it is made of one session, and this report has several"
-        };
+        let reason = self
+            .without_decision()
+            .unwrap_or_else(|| "no requirement is stated".to_owned());
         format!("This report makes no statement of conformity: {reason}.")
+    }
+
+    /// Why there is no statement of conformity though requirements are stated.
+    pub(crate) fn without_decision(&self) -> Option<String> {
+        let details = &self.settings.details;
+        if details.requirements.is_empty() || self.conformity.is_some() {
+            return None;
+        }
+        let reason = match details.decision_rule {
+            None => "requirements are stated, but no decision rule (decision_rule in report.toml)",
+            Some(_) => "it is made of one session, and this report has several",
+        };
+        Some(reason.to_owned())
     }
 
     /// What the symbols mean.

@@ -176,9 +176,11 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
 fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
     let found = &draft.found;
     let name = |index: usize| draft.name(index).to_owned();
-    let counter = found.counter.map(|(index, why)| ImportNote::NoCounter {
-        column: name(index),
-        why,
+    let counters = found.counters.iter();
+    let counters = counters.map(|(role, index, why)| ImportNote::NoCounter {
+        role: role.to_string(),
+        column: name(*index),
+        why: *why,
     });
     let alike = found.ambiguous.iter().map(|(role, places)| {
         let mut places = places.map(|place| place + 1);
@@ -202,7 +204,7 @@ fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
             unit: column.unit?,
         })
     });
-    counter.into_iter().chain(alike).chain(others).collect()
+    counters.chain(alike).chain(others).collect()
 }
 
 /// Columns that are not used, with a word in every row and a few words that recur.

@@ -8,6 +8,7 @@ use super::columns::{ColumnRole, GuessedFrom};
 use super::keywords::roles_of;
 use super::mapping::ImportMapping;
 use super::runs::{CounterDoubt, counts_no_runs};
+use crate::readings::are_one_load;
 use crate::table_files::keywords::{REPEAT, has, plain, words_of};
 use crate::table_files::{FileColumn, MachineTable, StampKind, TableFileError};
 
@@ -17,8 +18,8 @@ pub(super) struct FoundColumns {
     pub(super) places: BTreeMap<ColumnRole, (usize, GuessedFrom)>,
     /// Columns that could equally be a force or a displacement.
     pub(super) candidates: BTreeMap<ColumnRole, Vec<usize>>,
-    /// A column that could number the runs and does not, with why.
-    pub(super) counter: Option<(usize, CounterDoubt)>,
+    /// Columns that could number the runs or the poses and do not, with why.
+    pub(super) counters: Vec<(ColumnRole, usize, CounterDoubt)>,
     /// Columns of one name, of which nothing shows which is meant, and that are not needed.
     pub(super) ambiguous: Vec<(ColumnRole, [usize; 2])>,
 }
@@ -35,6 +36,7 @@ impl FoundColumns {
         let mut found = Self::default();
         found.take_stated(table, mapping)?;
         found.guess(table);
+        found.drop_counter_of_loads(table);
         found.drop_counter(table);
         found.drop_ambiguous(table);
         Ok(found)
@@ -106,12 +108,50 @@ impl FoundColumns {
             last = Some((of_cell, text));
             cell.entry(text).or_default().push(load);
         }
-        self.counter = cells.values().find_map(|cell| {
+        let why = cells.values().find_map(|cell| {
             let stretches: Vec<&[f64]> = cell.values().map(Vec::as_slice).collect();
-            Some((column, counts_no_runs(&stretches)?))
+            counts_no_runs(&stretches)
         });
-        if self.counter.is_some() {
+        if let Some(why) = why {
             self.places.remove(&role);
+            self.counters.push((role, column, why));
+        }
+    }
+
+    /// Takes no poses from guessed numbers of which each stands at a load of its own: they count readings, or the loads of a run.
+    fn drop_counter_of_loads(&mut self, table: &MachineTable) {
+        /// Loads are the same within this share of their range.
+        const SAME: f64 = 0.05;
+        let role = ColumnRole::Pose;
+        let (Some((column, GuessedFrom::Name)), Some(force)) = (
+            self.places.get(&role).copied(),
+            self.place(&ColumnRole::Force),
+        ) else {
+            return;
+        };
+        if !table.layout.columns[column].is_numeric {
+            return;
+        }
+        let loads = table.numbers(force).unwrap_or_default();
+        let mut of_number: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+        let mut whole = [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |[low, high]: [f64; 2], load: f64| [low.min(load), high.max(load)];
+        for (row, load) in loads.into_iter().enumerate() {
+            let Some(load) = load else { continue };
+            let range = of_number.entry(table.text(row, column));
+            let range = range.or_insert([f64::INFINITY, f64::NEG_INFINITY]);
+            *range = wider(*range, load);
+            whole = wider(whole, load);
+        }
+        let most = SAME * (whole[1] - whole[0]);
+        let has_one_load = |[low, high]: &[f64; 2]| high - low <= most;
+        if of_number.len() > 2
+            && !are_one_load(whole.into_iter())
+            && of_number.values().all(has_one_load)
+        {
+            self.places.remove(&role);
+            let why = CounterDoubt::OneLoadEach;
+            self.counters.push((role, column, why));
         }
     }
 

@@ -31,11 +31,13 @@ pub enum ImportNote {
         /// Share of the largest load below which a run may begin.
         share: f64,
     },
-    /// A column that could number the runs does not.
+    /// A column that could number the runs or the poses does not.
     #[error(
-        "column `{column}` does not number the runs: {why}. They were found in the path of the load; --map repeat={column} takes them from it"
+        "column `{column}` is not used as the {role}: {why}; --map \"{role}={column}\" takes it"
     )]
     NoCounter {
+        /// What it could be.
+        role: String,
         /// The column.
         column: String,
         /// Why.

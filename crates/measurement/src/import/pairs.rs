@@ -92,11 +92,15 @@ impl PairedLog {
         let points = known.into_iter().zip(values);
         let mut points: Vec<_> = points.filter_map(|(time, value)| time.zip(value)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let longest = GAP * usual_interval(&points);
-        let paired: Vec<_> = wanted
-            .iter()
-            .map(|time| at(&points, longest, (*time)?))
-            .collect();
+        let interval_s = usual_interval(points.iter().map(|(time, _)| *time));
+        let of_force_s = usual_interval(wanted.iter().copied().flatten());
+        let paired = if interval_s > SPARSE * of_force_s {
+            nearest(&points, &wanted, of_force_s)
+        } else {
+            let times = wanted.iter();
+            let paired = times.map(|time| at(&points, GAP * interval_s, (*time)?));
+            paired.collect()
+        };
         let rows = paired.iter().flatten().count();
         if rows == 0 {
             return Err(problem("their times do not overlap"));
@@ -123,10 +127,33 @@ fn times(
 /// Usual intervals beyond which a log has a gap, in which nothing is known.
 const GAP: f64 = 5.0;
 
+/// A log of displacements whose intervals are so many times those of the force was read at some moments, as by a button: between them nothing is
+/// known of the displacement, and the force is taken at its moments.
+const SPARSE: f64 = 3.0;
+
 /// The median interval of a log, s.
-fn usual_interval(points: &[(f64, f64)]) -> f64 {
-    let mut intervals: Vec<f64> = points.windows(2).map(|two| two[1].0 - two[0].0).collect();
+fn usual_interval(times: impl Iterator<Item = f64> + Clone) -> f64 {
+    let intervals = times.clone().skip(1).zip(times);
+    let mut intervals: Vec<f64> = intervals.map(|(next, time)| next - time).collect();
     median(&mut intervals).unwrap_or_default()
+}
+
+/// Each value at the time that is nearest to its own, and no further than an interval.
+fn nearest(points: &[(f64, f64)], times: &[Option<f64>], interval_s: f64) -> Vec<Option<f64>> {
+    let mut paired = vec![None; times.len()];
+    let known = times.iter().enumerate();
+    let mut known: Vec<(f64, usize)> = known.filter_map(|(row, at)| Some(((*at)?, row))).collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (time, value) in points {
+        let distance = |of: &f64| (of - time).abs();
+        let next = known.partition_point(|(of, _)| of < time);
+        let both = known[next.saturating_sub(1)..].iter().take(2);
+        let near = both.min_by(|a, b| distance(&a.0).total_cmp(&distance(&b.0)));
+        if let Some((_, row)) = near.filter(|(of, _)| distance(of) <= interval_s) {
+            paired[*row] = Some(*value);
+        }
+    }
+    paired
 }
 
 /// The value at a time, on the line between its neighbours; `None` outside, and between neighbours that are further apart than `longest`.
@@ -152,7 +179,15 @@ pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::at;
+    use super::{at, nearest};
+
+    #[test]
+    fn a_value_by_a_button_belongs_to_the_force_of_its_moment() {
+        let times = [Some(0.0), Some(0.5), None, Some(1.0), Some(1.5)];
+        let points = [(0.6, 7.0), (1.5, 8.0), (9.0, 9.0)];
+        let expected = [None, Some(7.0), None, None, Some(8.0)];
+        assert_eq!(nearest(&points, &times, 0.5), expected);
+    }
 
     #[test]
     fn values_lie_on_the_line_between_neighbours() {

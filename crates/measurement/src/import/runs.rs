@@ -105,12 +105,15 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     unequal.then_some(RunDoubt::UnequalLoads)
 }
 
-/// Why a column that could number runs does not.
+/// Why a column that could number runs or poses does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum CounterDoubt {
     /// Each reading has a number of its own.
     #[error("each reading has its own")]
     EachReading,
+    /// Each number stands at one load.
+    #[error("each of its numbers stands at a load of its own")]
+    OneLoadEach,
     /// Numbers change under load, as those of half cycles and of blocks that a recorder saves.
     #[error("it changes under load, where the readings go on")]
     GoesOn,

@@ -202,8 +202,8 @@ pub enum TableFileError {
         /// The field, with the text found.
         cell: FileCell,
     },
-    /// A number that is not finite.
-    #[error("{cell}: `{}` is not finite", .cell.value)]
+    /// A number that is not finite, or an instrument's mark for none.
+    #[error("{cell}: `{}` is no value: it is not finite, or the mark of an instrument for a value beyond its range", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::not_finite),
         help("correct the value, or take the row out of a copy of the file")

@@ -1,5 +1,7 @@
 //! Several tables as one: files or sheets with the same columns, and columns that repeat one another.
 
+use std::fmt::Write;
+
 use super::columns::FileColumn;
 use super::error::TableFileError;
 use super::table::{FileRow, MachineTable};
@@ -70,14 +72,23 @@ impl MachineTable {
         };
         let mut all = self.clone();
         all.rows.clear();
+        // Columns may have one name.
+        let is_alike = |column: usize| {
+            let mut others = columns.iter().filter(|other| **other != column);
+            others.any(|other| self.name(*other) == self.name(column))
+        };
         for column in columns {
+            let mut label = self.name(*column).to_owned();
+            if is_alike(*column) {
+                let _ = write!(label, " ({})", column + 1);
+            }
             all.rows.extend(self.rows.iter().map(|row| {
                 let cell = |index| {
                     let from = if index == *first { *column } else { index };
                     row.cells.get(from).unwrap_or("")
                 };
                 let cells = (0..self.layout.columns.len()).map(cell);
-                let cells = cells.chain([self.name(*column)]).collect();
+                let cells = cells.chain([label.as_str()]).collect();
                 FileRow {
                     cells,
                     ..row.clone()

@@ -5,8 +5,8 @@ pub(crate) const FORCE: &str = "force kraft fuerza forza load last charge carico
      sila obciazenie zatizeni ero kuvvet yuk сила нагрузка усилие 力 载荷 负荷 荷重 試験力";
 
 /// Displacement.
-pub(crate) const DISPLACEMENT: &str = "displacement disp weg verschiebung deplacement spostamento desplazamiento deflection travel extension \
-     auslenkung durchbiegung traversenweg standardweg stroke crosshead deformation verformung fleche course corsa freccia flecha \
+pub(crate) const DISPLACEMENT: &str = "displacement disp weg verschiebung deplacement spostamento desplazamiento deflection travel extension extensometer \
+     allungamento elongation allongement alargamiento auslenkung durchbiegung traversenweg standardweg stroke crosshead deformation verformung fleche course corsa freccia flecha \
      recorrido carrera messuhr dial comparateur comparatore comparador position posicion posizione distance deslocamento \
      przemieszczenie wydluzenie ugiecie posuv draha elmozdulas deplasman uzama перемещение ход деформация прогиб \
      位移 行程 变形 変位 伸び ストローク";

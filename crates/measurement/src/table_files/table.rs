@@ -48,6 +48,9 @@ pub struct MachineTable {
     pub(super) parts: Vec<TablePart>,
 }
 
+/// From here on a number marks a value beyond the range of an instrument (9.9E37) or none at all (9.91E37): SCPI 1999, volume 1, 7.2.1.
+const OVER_RANGE: f64 = 9.9e37;
+
 impl MachineTable {
     /// The cell of a row, both counted from 0, without blanks around it; empty beyond the last.
     #[must_use]
@@ -124,6 +127,13 @@ impl MachineTable {
             },
             CellFault::NotANumber => TableFileError::BadNumber { cell: cell() },
         })?;
+        // Read before the unit is changed.
+        if plain
+            .parse()
+            .is_ok_and(|value: f64| value.abs() >= OVER_RANGE)
+        {
+            return Err(TableFileError::NotFinite { cell: cell() });
+        }
         let mut reader = NumberReader::new(Some(DecimalSign::Point));
         let read = reader.read(plain.as_bytes(), conversion, self.rows[row].line);
         read.map(Some).map_err(|fault| match fault {
