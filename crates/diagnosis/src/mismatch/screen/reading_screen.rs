@@ -126,9 +126,8 @@ impl<'a> ReadingScreen<'a> {
         let errors = self.compliance_errors(noise).into_iter();
         let cells = self.observations.cells.iter().zip(errors);
         let of_cell = |(cell, error): (&ObservedCell, f64)| {
-            let of_runs = noise.run_slope_sd.powi(2) / cell.runs.len() as f64;
             let by_readings = error / self.compliance[cell.readings.start];
-            (of_runs + by_readings * by_readings).sqrt()
+            relative_error_of_runs(cell, noise).hypot(by_readings)
         };
         cells.map(of_cell).collect()
     }
@@ -151,6 +150,12 @@ impl<'a> ReadingScreen<'a> {
         };
         tested.map(in_its_place).collect()
     }
+}
+
+/// Relative standard error of the compliance of a cell by the scatter of its runs: of all gauges together, and of each by itself.
+pub(super) fn relative_error_of_runs(cell: &ObservedCell, noise: &ReadingNoise) -> f64 {
+    let of_a_run = noise.run_slope_sd.hypot(noise.gauges.own_slope_sd);
+    of_a_run / (cell.runs.len() as f64).sqrt()
 }
 
 /// Values of what is kept.

@@ -6,7 +6,7 @@ use stiffbench_numeric::statistics::median;
 
 use super::cell_compliance::CellCompliances;
 use super::misread::{MisreadValues, NamedValue, ValueChange, ValueName, ValueScale, find_mistake};
-use super::reading_screen::ReadingScreen;
+use super::reading_screen::{ReadingScreen, relative_error_of_runs};
 use super::screened::BadRun;
 use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
@@ -49,7 +49,14 @@ pub(crate) fn wrong_cells(
     let named = named(observations, &places, scale);
     let errors = match scale {
         ValueScale::Logarithmic => screen.relative_uncertainties(noise),
-        ValueScale::Linear => usual_errors(observations, &screen.compliance_errors(noise)),
+        ValueScale::Linear => {
+            let usual = usual_errors(observations, &screen.compliance_errors(noise));
+            let cells = observations.cells.iter().zip(&compliances).zip(usual);
+            let of_runs = cells.map(|((cell, compliance), error)| {
+                error.hypot(relative_error_of_runs(cell, noise) * compliance)
+            });
+            of_runs.collect()
+        }
     };
     let values = places.iter().map(|place| NamedValue {
         value: scale.scaled(compliances[*place]),
