@@ -75,16 +75,21 @@ fn caption(input: &StiffnessComparison, flagged: usize) -> String {
         |which: &dyn Fn(&ComparedCell) -> bool| input.cells.iter().filter(|c| which(c)).count();
     let held_out = count(&|cell| cell.held_out);
     let without = count(&|cell| cell.measured_ci95_n_per_m.is_none());
+    let counted = input.cells.iter().map(|cell| cell.n_runs);
+    let counted: Vec<usize> = counted.filter(|runs| *runs > 0).collect();
+    let runs = if counted.is_empty() {
+        String::new()
+    } else {
+        format!(" ({} runs a cell)", count_range(counted))
+    };
     joined([
         Some(format!(
-            "Bars: 95 % interval of the measured stiffness, {} ({} runs a cell); in the lower panel it is carried to the ratio, the \
-             prediction taken as exact.",
+            "Bars: 95 % interval of the measured stiffness, {}{runs}; in the lower panel it is carried to the ratio, the prediction taken as exact.",
             if input.pooled {
                 "from the scatter between runs pooled over all cells: not the U of a cell's own runs in the table of stiffness"
             } else {
                 "from the scatter of each cell by itself"
-            },
-            count_range(input.cells.iter().map(|cell| cell.n_runs))
+            }
         )),
         hollow_sentence(flagged),
         if_any(

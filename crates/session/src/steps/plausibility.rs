@@ -311,15 +311,19 @@ impl Machine {
         }
         let little = moved_m.abs() < expected_m / factor - slack_m;
         let much = moved_m.abs() > expected_m * factor + slack_m;
-        (little || much).then(|| CaptureCheck {
+        // Which way the end moves across a load, readings of the cell show.
+        let way = self.slope_m_per_n(taken.cell, channel);
+        let way = way.map_or(1.0, f64::signum) * changed_n.signum();
+        let back = moved_m * way < -slack_m;
+        (little || much || back).then(|| CaptureCheck {
             rule: "implausible",
             channel,
             text: format!(
-                "The force changed by {changed_n:.1} N and the {channel} by {:.1} um, where the cell so far predicts {:.0} um: unit key, zero key, late display, or slip?",
+                "The force changed by {changed_n:.1} N and the {channel} by {:.1} um, where the cell so far predicts {:.0} um: unit key, zero key, sign, late display, or slip?",
                 moved_m * 1e6,
-                expected_m * changed_n.signum() * 1e6
+                expected_m * way * 1e6
             ),
-            may_pass: little,
+            may_pass: little && !back,
             still: None,
         })
     }
