@@ -12,6 +12,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::profiles::profiles;
 use super::stratum::Stratum;
+use crate::mismatch::noise::positions_of_repeats;
 use crate::mismatch::observed::{Observations, ObservedCell};
 use crate::search::WhiteSpace;
 use crate::search::{Batched, RowVector, ScoreEngine, largest};
@@ -154,6 +155,8 @@ pub(crate) struct Patterns<'a> {
     compliance: &'a [f64],
     /// Profiles, one value a reading.
     profiles: Vec<Vec<f64>>,
+    /// Where the gauge stood at each reading, m.
+    positions_m: Vec<f64>,
     all: Vec<Pattern>,
     places: GroupPlaces,
 }
@@ -219,10 +222,13 @@ impl<'a> Patterns<'a> {
             group,
             form,
         }));
+        let read = observations.loads.iter().zip(&observations.displacement_m);
+        let read = read.map(|(load, read)| load.position_m.unwrap_or(*read));
         Self {
             observations,
             compliance,
             profiles: values,
+            positions_m: positions_of_repeats(observations, read.collect()),
             all,
             places,
         }
@@ -266,10 +272,7 @@ impl<'a> Patterns<'a> {
                         first[reading] = scale * self.profiles[number][reading];
                         continue;
                     }
-                    PatternForm::Period(period_m) => {
-                        let read = observations.displacement_m[reading];
-                        observations.loads[reading].position_m.unwrap_or(read) / period_m
-                    }
+                    PatternForm::Period(period_m) => self.positions_m[reading] / period_m,
                     PatternForm::Order(cycles) => {
                         let run = &observations.runs[observations.readings[reading].run];
                         cycles * (reading - run.readings.start) as f64
