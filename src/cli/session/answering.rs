@@ -95,13 +95,13 @@ fn only_one(
     let all: Vec<String> = all
         .map(|found| format!("{} on {}", found.instrument, found.path))
         .collect();
-    let stem = if channel == Channel::Force {
+    let option = if channel == Channel::Force {
         "force"
     } else {
         "displacement"
     };
     Err(ArgumentError::new(
-        format!("--{stem}-port"),
+        format!("--{option} port=PORT"),
         format!("more than one {channel} gauge answers: {}", all.join(", ")),
         "name the port that is meant, or bind the gauge once with stiffbench gauge bind",
     ))

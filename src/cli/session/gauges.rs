@@ -192,13 +192,13 @@ fn resolve_gauge(
     warnings: &mut Vec<String>,
 ) -> Result<ResolvedGauge, Failure> {
     let [instrument, named_port, unit] = args.of(channel);
-    let (stem, axis) = option_of(channel);
+    let (option, value) = option_of(channel);
     let needed = |what: &str| {
         ArgumentError::new(
-            format!("--{stem}-{what}{axis}"),
+            format!("--{option} {what}={value}"),
             format!("{what} of the {channel} gauge is missing"),
             format!(
-                "name it, or bind the gauge once with stiffbench gauge bind and give the file with --bindings; stiffbench gauge list names the descriptions, stiffbench gauge ports the ports (--{stem}-{what}{axis})"
+                "name it, or bind the gauge once with stiffbench gauge bind and give the file with --bindings; stiffbench gauge list names the descriptions, stiffbench gauge ports the ports (--{option} {what}={value})"
             ),
         )
     };
@@ -231,11 +231,11 @@ fn resolve_gauge(
     })
 }
 
-/// What the options of a gauge begin with, and what stands before their value.
+/// The option of a gauge, and the form of the values of its keys.
 fn option_of(channel: Channel) -> (String, String) {
     match channel.axis() {
-        Some(axis) => ("displacement".to_owned(), format!(" {axis}=…")),
-        None => (channel.to_string(), String::new()),
+        Some(axis) => ("displacement".to_owned(), format!("{axis}=…")),
+        None => (channel.to_string(), "…".to_owned()),
     }
 }
 
@@ -247,9 +247,9 @@ fn usable_description(
     unit: Option<&str>,
     warnings: &mut Vec<String>,
 ) -> Result<InstrumentDescription, Failure> {
-    let (stem, _) = option_of(channel);
+    let (option, _) = option_of(channel);
     let refused = |problem: String, help: &str| {
-        ArgumentError::new(format!("--{stem}-instrument {name}"), problem, help)
+        ArgumentError::new(format!("--{option} instrument={name}"), problem, help)
     };
     let found = find_description(name, &args.protocols)?;
     warnings.extend(found.warnings);
