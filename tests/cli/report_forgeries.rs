@@ -437,8 +437,12 @@ fn rendered(mut data: Value) -> Option<String> {
     None
 }
 
-#[test]
-fn three_hundred_kinds_of_changes_are_found_or_named_as_not_verified() {
+/// # Arguments
+/// - `of_so_many`: of these kinds one is tried.
+///
+/// # Returns
+/// How many changes were tried.
+fn changes_are_found_or_named(of_so_many: usize) -> usize {
     let desk = desk();
     desk.run("simulate session --poses P1,P3 --seed 4")
         .succeeds();
@@ -463,7 +467,7 @@ fn three_hundred_kinds_of_changes_are_found_or_named_as_not_verified() {
     // The number follows from the rest: a page that fits its data has no other.
     found.remove("/number");
     let mut tried = 0;
-    for (kind, path) in &found {
+    for (kind, path) in found.iter().step_by(of_so_many) {
         for is_cut in [false, true] {
             let mut forged = data.clone();
             forge(&mut forged, path, is_cut);
@@ -498,5 +502,16 @@ fn three_hundred_kinds_of_changes_are_found_or_named_as_not_verified() {
             );
         }
     }
-    assert!(tried >= 300, "{tried}");
+    tried
+}
+
+#[test]
+fn kinds_of_changes_are_found_or_named_as_not_verified() {
+    assert!(changes_are_found_or_named(8) >= 40);
+}
+
+#[test]
+#[ignore = "a minute; `just nightly` runs it"]
+fn three_hundred_kinds_of_changes_are_found_or_named_as_not_verified() {
+    assert!(changes_are_found_or_named(1) >= 300);
 }

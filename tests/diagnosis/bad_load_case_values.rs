@@ -44,9 +44,9 @@ fn false_alarms(tables: u64, repeats: u32) -> usize {
 #[test]
 fn good_values_are_not_called_bad() {
     for repeats in [1, 2, 3] {
-        let found = false_alarms(30, repeats);
-        // At 0.3 % more than 1 of 30 come once in 250.
-        assert!(found <= 1, "{repeats} repeats: {found} of 30");
+        let found = false_alarms(10, repeats);
+        // At 0.3 % more than 1 of 10 come once in 2500.
+        assert!(found <= 1, "{repeats} repeats: {found} of 10");
     }
 }
 
@@ -102,20 +102,29 @@ fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
         .count()
 }
 
+/// # Arguments
+/// - `least`: how many of so many tables have to be right without repeats, where a model that lacks something looks alike and a value has to be further
+///   off, and with them.
+fn bad_values_are_named(tables: u64, least: [usize; 2]) {
+    for repeats in [1, 2, 3] {
+        let least = least[usize::from(repeats > 1)];
+        let moved = found(tables, repeats, |good| 10.0 * good);
+        let off = found(tables, repeats, |good| good + 1000.0);
+        let counts = format!("{repeats} repeats: decimal point {moved}, 1 mm {off} of {tables}");
+        assert!(moved.min(off) >= least, "{counts}");
+        println!("{counts}");
+    }
+}
+
 #[test]
 fn a_single_bad_value_is_named_with_what_it_should_be() {
-    for repeats in [1, 2, 3] {
-        // Without repeats a model that lacks something looks alike, and a value has to be further off.
-        let least = if repeats == 1 { 13 } else { 18 };
-        let moved = found(20, repeats, |good| 10.0 * good);
-        assert!(
-            moved >= least,
-            "{repeats} repeats, decimal point: {moved} of 20"
-        );
-        let off = found(20, repeats, |good| good + 1000.0);
-        assert!(off >= least, "{repeats} repeats, 1 mm: {off} of 20");
-        println!("{repeats} repeats: of 20 each, decimal point {moved}, 1 mm {off}");
-    }
+    bad_values_are_named(4, [2, 3]);
+}
+
+#[test]
+#[ignore = "a minute; `just nightly` runs it"]
+fn a_single_bad_value_is_named_in_most_tables() {
+    bad_values_are_named(20, [13, 18]);
 }
 
 #[test]
@@ -170,7 +179,7 @@ const COUNTED: [(&str, &str); 3] = [
 #[test]
 fn a_joint_that_counts_the_other_way_is_suspected() {
     let robot = RobotFile::fanuc();
-    for seed in 0..20 {
+    for seed in 0..6 {
         let table = simulated(&robot, &[], 1, 300 + seed);
         let (joint, column) = COUNTED[seed as usize % COUNTED.len()];
         let mut counted = table.clone();
@@ -189,7 +198,7 @@ fn a_joint_that_counts_the_other_way_is_suspected() {
 #[test]
 fn components_that_are_exchanged_are_suspected() {
     let robot = RobotFile::fanuc();
-    for seed in 0..20 {
+    for seed in 0..6 {
         let mut table = simulated(&robot, &[], 1, 400 + seed);
         let [a, b] = [(0, 1), (1, 2), (0, 2)].map(|(a, b)| [DISPLACEMENTS[a], DISPLACEMENTS[b]])
             [seed as usize % 3];
@@ -347,7 +356,7 @@ fn a_plan_begins_at_the_standard_errors_of_the_fit() {
 fn sizes_are_possible_and_lie_in_their_intervals() {
     let robot = RobotFile::fanuc();
     let mut random = ChaCha8Rng::seed_from_u64(24);
-    for _ in 0..24 {
+    for _ in 0..8 {
         let (seed, repeats) = (random.random_range(0..1000), random.random_range(1..3));
         let pose = random.random_range(0..24_usize);
         let factor = *[1.0, -1.0, 1e-3, 10.0, 1.3].choose(&mut random).unwrap();
