@@ -146,6 +146,20 @@ impl PartTableArgs {
             format!("columns by their names: --map {}", columns.join(","))
         });
         for (role, column) in pairs {
+            let has = |known: &Option<String>| known.is_some();
+            let is_stated_twice = match role.as_str() {
+                "force" => has(&options.force_column),
+                "displacement" => !options.displacement_column.is_empty(),
+                "time" => has(&options.time_column),
+                "temperature" => has(&options.temperature_column),
+                "hold" => has(&options.hold_column),
+                "order" => has(&options.order_column),
+                "branch" => has(&options.branch_column),
+                _ => false,
+            };
+            if is_stated_twice {
+                return Err(wrong_map(&role, "a part has one such column").into());
+            }
             match role.as_str() {
                 "force" => options.force_column = Some(column),
                 "displacement" => options.displacement_column = column,
