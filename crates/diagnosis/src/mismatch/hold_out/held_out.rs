@@ -111,11 +111,22 @@ fn fold(observations: &Observations, passes: impl Fn(&ObservedCell) -> bool) -> 
 pub(crate) struct HoldOut<'p, 'a> {
     problem: &'p DiagnosisProblem<'a>,
     state: &'p State,
+    /// Whose noise errors are multiples of.
+    noise: &'p State,
 }
 
 impl<'p, 'a> HoldOut<'p, 'a> {
     pub(crate) fn new(problem: &'p DiagnosisProblem<'a>, state: &'p State) -> Self {
-        Self { problem, state }
+        Self {
+            problem,
+            state,
+            noise: state,
+        }
+    }
+
+    /// With errors as multiples of the noise of another state, so that two models are compared in one unit.
+    pub(crate) fn in_noise_of(self, noise: &'p State) -> Self {
+        Self { noise, ..self }
     }
 
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
@@ -160,16 +171,18 @@ impl<'p, 'a> HoldOut<'p, 'a> {
             .collect();
         let mean = predicted.iter().map(|(rms, ..)| rms * rms).sum::<f64>()
             / predicted.len().max(1) as f64;
+        let all = vec![true; residuals.len()];
+        let whole = if std::ptr::eq(self.noise, self.state) {
+            fitted.squares
+        } else {
+            self.shown(&residuals, &all).1
+        };
         Ok(Quality {
-            rms_m: self.rms_about_zeros(
-                &residuals,
-                &vec![true; residuals.len()],
-                0..residuals.len(),
-            ),
+            rms_m: self.rms_about_zeros(&residuals, &all, 0..residuals.len()),
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
             held_out_noise_units: (poses > 1).then(|| (squares / residuals.len() as f64).sqrt()),
             held_out,
-            reduced_chi2: fitted.squares / (residuals.len().saturating_sub(free)).max(1) as f64,
+            reduced_chi2: whole / (residuals.len().saturating_sub(free)).max(1) as f64,
         })
     }
 
@@ -208,7 +221,7 @@ impl<'p, 'a> HoldOut<'p, 'a> {
                 .rposition(is_held)
                 .map_or(first, |last| last + 1);
         let rms_m = self.rms_about_zeros(residuals, held, rows.clone());
-        let covariance = &self.state.whitening.covariance;
+        let covariance = &self.noise.whitening.covariance;
         if self.problem.observations.free_zeros {
             let weights = covariance.weights();
             let left = self.about_kept_zeros(residuals, held).into_iter();

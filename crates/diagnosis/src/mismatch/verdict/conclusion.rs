@@ -11,7 +11,7 @@ use crate::mismatch::candidates::{
     Candidates, ConfigurationSizes, LawCriticalValues, Ranked, ResolvedEffect, SearchResult, same,
 };
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::HoldOut;
+use crate::mismatch::hold_out::{HoldOut, Quality};
 use crate::mismatch::noise::NoiseBasis;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, Stated, end_effect_m};
@@ -113,7 +113,7 @@ pub(crate) fn conclude(
         found.both(|state| estimated_values(problem, state, &state.fitted, &stated, None))?;
     let of_factors = stated.each_ref().map(|all| &all[..factors]);
     let of_known = stated.each_ref().map(|all| &all[factors..]);
-    let [before, after] = found.both(|state| HoldOut::new(problem, state).quality())?;
+    let [before, after] = qualities(problem, found)?;
     Ok(Diagnosis {
         verdict,
         grade,
@@ -366,6 +366,19 @@ pub(crate) fn known_effects(
         }
     };
     known.map(effect).collect()
+}
+
+/// How well the model serves before and after what was found, both as multiples of the noise that is left after it.
+fn qualities(
+    problem: &DiagnosisProblem<'_>,
+    found: &SearchResult,
+) -> Result<[Quality; 2], MismatchError> {
+    let noise = if found.changed() {
+        &found.after
+    } else {
+        &found.before
+    };
+    found.both(|state| HoldOut::new(problem, state).in_noise_of(noise).quality())
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.
