@@ -114,6 +114,7 @@ pub(crate) fn conclude(
     let of_factors = stated.each_ref().map(|all| &all[..factors]);
     let of_known = stated.each_ref().map(|all| &all[factors..]);
     let [before, after] = qualities(problem, found)?;
+    let impossible = impossible(&found.first, critical, &findings);
     Ok(Diagnosis {
         verdict,
         grade,
@@ -137,7 +138,7 @@ pub(crate) fn conclude(
             .map(|share| found.after.noise.degrees_of_freedom(share)),
         further_noise: found.after.noise.further_ci95(),
         detection_limits: detection_limits(candidates, found, critical)?,
-        impossible: impossible(&found.first, critical),
+        impossible,
         parameters: found.after.fitted.model.parameters.clone(),
         effects: effects.iter().map(Effect::simplest).collect(),
     })

@@ -1,8 +1,9 @@
 //! The smallest effects that readings would have shown.
 
+use stiffbench_beams::physics::{Law, Place};
 use stiffbench_numeric::statistics::NORMAL_95;
 
-use super::diagnosis::{DetectionLimit, Impossible};
+use super::diagnosis::{DetectionLimit, Finding, Impossible};
 use crate::mismatch::candidates::{
     BestShape, CandidateScores, Candidates, LawCriticalValues, ScoredCandidate, ScoredShape,
     SearchResult, best_shapes,
@@ -100,16 +101,25 @@ fn multiple_80(shape: &ScoredShape, limit: f64) -> Option<f64> {
     (multiple <= highest).then_some(multiple)
 }
 
-/// Candidates that would need an impossible value to lower the squares by more than their limit, the largest fall first.
+/// Candidates that would need an impossible value to lower the squares by more than their limit, the largest fall first; none that are found or rivals,
+/// for beside what was found a possible value serves.
 pub(crate) fn impossible(
     scores: &CandidateScores,
     critical: &LawCriticalValues,
+    findings: &[Finding],
 ) -> Vec<Impossible> {
+    let is_named = |law: Law, place: &Place| {
+        let rivals = findings.iter().flat_map(|finding| &finding.rivals);
+        let effects = findings.iter().map(|finding| &finding.effect);
+        let mut effects = effects.chain(rivals.map(|rival| &rival.effect));
+        effects.any(|effect| effect.law == law && effect.place == *place)
+    };
     let impossible = |(seen, best): (&ScoredCandidate, Option<BestShape>)| {
         let candidate = &seen.candidate;
         let limit = critical.laws.values.get(&(candidate.law, false))?;
         let delta_chi2 = best?.best.forbidden_delta_chi2;
-        (delta_chi2 > limit.max(0.0)).then(|| Impossible {
+        let is_rejected = !is_named(candidate.law, &candidate.place);
+        (is_rejected && delta_chi2 > limit.max(0.0)).then(|| Impossible {
             law: candidate.law,
             place: candidate.place.clone(),
             delta_chi2,
