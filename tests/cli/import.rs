@@ -151,9 +151,24 @@ fn a_sign_that_goes_against_the_force_is_said_and_turned() {
         "force_N,displacement_um\n0.1,0\n10.1,-20\n20.1,-40\n30.1,-60\n",
     );
     let ran = desk.run("import a.csv --out s --direction x").succeeds();
-    assert!(ran.stderr.contains("--flip displacement"), "{}", ran.stderr);
-    let data = desk.data("import a.csv --out t --direction x --flip displacement");
-    assert!((cells(&data["stiffness"])[0].1 - 0.5).abs() < 0.01);
+    let said = "against the force throughout: its sign was reversed";
+    assert!(ran.stderr.contains(said), "{}", ran.stderr);
+    assert!(
+        desk.read("s/mapping.toml")
+            .contains("flip = [\"displacement\"]")
+    );
+    // As if it had been stated, whichever gauge is said to count the other way.
+    for (out, stated) in [
+        ("t", ""),
+        ("u", " --flip displacement"),
+        ("v", " --flip force"),
+    ] {
+        let data = desk.data(&format!("import a.csv --out {out} --direction x{stated}"));
+        assert!(
+            (cells(&data["stiffness"])[0].1 - 0.5).abs() < 0.01,
+            "{stated}"
+        );
+    }
 }
 
 #[test]

@@ -311,10 +311,10 @@ impl Machine {
         }
         let little = moved_m.abs() < expected_m / factor - slack_m;
         let much = moved_m.abs() > expected_m * factor + slack_m;
-        // Which way the end moves across a load, readings of the cell show.
-        let way = self.slope_m_per_n(taken.cell, channel);
-        let way = way.map_or(1.0, f64::signum) * changed_n.signum();
-        let back = moved_m * way < -slack_m;
+        // Which way a gauge goes under this load, an earlier reading of the cell shows.
+        let slope = self.slope_m_per_n(taken.cell, channel);
+        let way = slope.map_or(1.0, f64::signum) * changed_n.signum();
+        let back = slope.is_some() && moved_m * way < -slack_m;
         (little || much || back).then(|| CaptureCheck {
             rule: "implausible",
             channel,
