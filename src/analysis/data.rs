@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{ImportDraft, ImportMapping, ImportedReadings, VectorText};
+use crate::import::{ImportDraft, ImportMapping, ImportedReadings, TableImportError, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
@@ -336,10 +336,13 @@ impl LoadedSession {
         if LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let is_foreign = !of_vectors
-            && (options.columns != ImportMapping::default() || !has_names_of_readings(&bytes));
-        let (mut table, poses, mut warnings) = if is_foreign {
-            let imported = of_other_program(&name, &bytes, &options.columns)?;
+        let imported = if of_vectors {
+            None
+        } else {
+            of_other_program(&name, &bytes, &options.columns)?
+        };
+        let is_foreign = imported.is_some();
+        let (mut table, poses, mut warnings) = if let Some(imported) = imported {
             let notes = imported.notes.iter().map(ToString::to_string);
             (imported.table, imported.poses, notes.collect())
         } else {
@@ -512,26 +515,35 @@ fn own_names(
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
-/// Whether the first line that is no comment has a column of force or displacement as readings name it; nothing at all is for their reader.
+/// Whether one of the first lines has a column of force or displacement as readings name it, or there is nothing at all.
 fn has_names_of_readings(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|byte| *byte == b'\n');
-    let header = lines.find(|line| !line.starts_with(b"#") && !line.trim_ascii().is_empty());
-    header.is_none_or(|header| {
-        let header = String::from_utf8_lossy(header);
-        ["force_N", "displacement_um"]
-            .iter()
-            .any(|name| header.contains(name))
-    })
+    let mut lines = bytes.split(|byte| *byte == b'\n').take(20);
+    bytes.trim_ascii().is_empty()
+        || lines.any(|line| {
+            let line = String::from_utf8_lossy(line);
+            let mut names = ["force_N", "displacement_um"].iter();
+            names.any(|name| line.contains(name))
+        })
 }
 
-/// A table of another program as `import` reads it.
+/// A table of another program as `import` reads it; `None` of readings, and of what is no table at all, unless its columns are stated.
 fn of_other_program(
     name: &str,
     bytes: &[u8],
     columns: &ImportMapping,
-) -> Result<ImportedReadings, AnalysisError> {
-    let draft = ImportDraft::read(&[(name, bytes)], None, columns)?;
-    Ok(draft.finish("add")?)
+) -> Result<Option<ImportedReadings>, AnalysisError> {
+    let is_stated = *columns != ImportMapping::default();
+    if !is_stated && has_names_of_readings(bytes) {
+        return Ok(None);
+    }
+    let draft = ImportDraft::read(&[(name, bytes)], None, columns);
+    match draft.and_then(|draft| draft.finish("add")) {
+        Ok(imported) => Ok(Some(imported)),
+        Err(error) if is_stated || matches!(error, TableImportError::Missing { .. }) => {
+            Err(error.into())
+        }
+        Err(_) => Ok(None),
+    }
 }
 
 /// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.

@@ -87,8 +87,8 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         })
         .collect();
     let tables = [(&a, &table_a), (&b, &table_b)];
-    let doubts = tables.map(|(session, table)| cells_in_doubt(&session.name, table));
-    warnings.splice(0..0, doubts.into_iter().flatten());
+    let in_doubt = tables.map(|(session, table)| cells_in_doubt(&session.name, table));
+    warnings.splice(0..0, in_doubt.into_iter().flatten());
     warnings.push(gauge_note(same));
     warnings.extend(metadata_differences(&a, &b));
     let mut drawn = Vec::new();

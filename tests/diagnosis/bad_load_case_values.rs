@@ -112,7 +112,6 @@ fn bad_values_are_named(tables: u64, least: [usize; 2]) {
         let off = found(tables, repeats, |good| good + 1000.0);
         let counts = format!("{repeats} repeats: decimal point {moved}, 1 mm {off} of {tables}");
         assert!(moved.min(off) >= least, "{counts}");
-        println!("{counts}");
     }
 }
 

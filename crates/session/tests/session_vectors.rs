@@ -258,6 +258,17 @@ fn an_unplugged_gauge_comes_back_and_the_zeros_are_checked_before_the_next_readi
 }
 
 #[test]
+fn a_gauge_across_the_load_that_counts_the_other_way_from_one_load_to_the_next_is_asked_about() {
+    let mut rig = Rig::start(&of_vectors());
+    in_the_second_load(&mut rig);
+    let turned = Channel::DisplacementZ.index();
+    rig.bench.signs[turned] = -rig.bench.signs[turned];
+    rig.run();
+    let asked = rig.asked.iter().any(|prompt| prompt.id == "implausible");
+    assert!(asked, "{:?}", rig.asked);
+}
+
+#[test]
 fn a_stand_that_moves_along_one_axis_is_noticed_by_that_gauge() {
     let mut rig = Rig::start(&of_vectors());
     rig.answers = vec![("implausible", Answer::Text("accept".to_owned()))];
