@@ -264,9 +264,11 @@ impl MockBench {
                 gauge: Some(beside),
                 force_n,
                 ..
-            } if self.pushes_at_once(*beside) => {
+            } if self.is_eager(*beside).is_some() => {
                 let axis = beside.axis().expect("it stands along an axis");
-                self.pushed_m[axis.index()] = 150e-6_f64.copysign(*force_n);
+                if self.is_eager(*beside) == Some(true) {
+                    self.pushed_m[axis.index()] = 150e-6_f64.copysign(*force_n);
+                }
                 self.aim_n = 0.0;
             }
             Task::PushByHand { let_go: true, .. } => self.aim_n = 0.0,
@@ -304,11 +306,12 @@ impl MockBench {
         }
     }
 
-    /// Whether a hand pushes along an axis before it is time to.
-    fn pushes_at_once(&mut self, gauge: Channel) -> bool {
+    /// Whether a hand pushes along an axis before it is time to; for as long behind that it rests, and then does what it is told.
+    fn is_eager(&mut self, gauge: Channel) -> Option<bool> {
         let axis = gauge.axis().map_or(0, Direction::index);
         let until_s = self.now_s + self.eager_s;
-        self.now_s < *self.eager_until_s[axis].get_or_insert(until_s)
+        let until_s = *self.eager_until_s[axis].get_or_insert(until_s);
+        (self.now_s < until_s + self.eager_s).then_some(self.now_s < until_s)
     }
 
     /// The jack moves for a tick.

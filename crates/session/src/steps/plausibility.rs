@@ -311,8 +311,10 @@ impl Machine {
         }
         let little = moved_m.abs() < expected_m / factor - slack_m;
         let much = moved_m.abs() > expected_m * factor + slack_m;
-        // Which way a gauge goes under this load, an earlier reading of the cell shows.
+        // Which way a gauge across the load goes, an earlier reading of the cell shows; for one along it there is a rule of its own.
+        let is_across = self.plan.leading(taken.cell) != channel;
         let slope = self.slope_m_per_n(taken.cell, channel);
+        let slope = slope.filter(|_| is_across);
         let way = slope.map_or(1.0, f64::signum) * changed_n.signum();
         let back = slope.is_some() && moved_m * way < -slack_m;
         (little || much || back).then(|| CaptureCheck {
