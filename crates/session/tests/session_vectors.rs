@@ -335,7 +335,7 @@ fn a_gauge_in_another_unit_at_the_first_reading_stays_in_it() {
         let first = rig.machine.state().readings.first();
         first.is_some_and(|kept| kept.taken.gauges[1].raw.ends_with(" in"))
     };
-    let mut rigs = (15..60).map(|after| with_mishaps(&[(after, 1, 0), (1, 3, 0)]));
+    let mut rigs = (1..200).map(|after| with_mishaps(&[(21, 1, 0), (after, 3, 0)]));
     let mut rig = rigs.find(is_in_inches).expect("it is in inches at once");
     let inches = rig.bench.fault.take();
     for _ in 0..300 {
