@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{ImportDraft, ImportMapping, ImportedReadings, TableImportError, VectorText};
+use crate::import::{ImportDraft, ImportMapping, TableImportError, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
-    OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader, is_vector_table,
-    read_readings, read_vector_readings, write_readings,
+    OverdueGauge, PoseJoints, ReadOptions, Reading, ReadingTable, ReadingsError, SessionHeader,
+    is_vector_table, read_readings, read_vector_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -336,26 +336,17 @@ impl LoadedSession {
         if LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let imported = if of_vectors {
-            None
+        let read = if of_vectors {
+            read_vector_readings(&name, text)?.into()
         } else {
-            of_other_program(&name, &bytes, &options.columns)?
+            read_or_imported(&name, &bytes, &options.columns)?
         };
-        let is_foreign = imported.is_some();
-        let (mut table, poses, mut warnings) = if let Some(imported) = imported {
-            let notes = imported.notes.iter().map(ToString::to_string);
-            (imported.table, imported.poses, notes.collect())
-        } else {
-            let table = if of_vectors {
-                read_vector_readings(&name, text)?
-            } else {
-                read_readings(&name, bytes.as_slice(), &ReadOptions::default())?
-            };
-            let assumed = table.assumptions.iter();
-            let assumed = assumed.map(|assumption| format!("assumed: {assumption}"));
-            let assumed: Vec<String> = assumed.collect();
-            (table, Vec::new(), assumed)
-        };
+        let ReadTable {
+            mut table,
+            poses,
+            mut warnings,
+            is_foreign,
+        } = read;
         warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
         let notes = table.notes.iter().filter(|_| !of_vectors);
@@ -515,34 +506,57 @@ fn own_names(
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
-/// Whether one of the first lines has a column of force or displacement as readings name it, or there is nothing at all.
-fn has_names_of_readings(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|byte| *byte == b'\n').take(20);
-    bytes.trim_ascii().is_empty()
-        || lines.any(|line| {
-            let line = String::from_utf8_lossy(line);
-            let mut names = ["force_N", "displacement_um"].iter();
-            names.any(|name| line.contains(name))
-        })
+/// Readings as they were read, with what was assumed.
+struct ReadTable {
+    table: ReadingTable,
+    /// Joint values of poses, of a table of another program.
+    poses: Vec<PoseJoints>,
+    warnings: Vec<String>,
+    is_foreign: bool,
 }
 
-/// A table of another program as `import` reads it; `None` of readings, and of what is no table at all, unless its columns are stated.
-fn of_other_program(
+impl From<ReadingTable> for ReadTable {
+    fn from(table: ReadingTable) -> Self {
+        let assumed = table.assumptions.iter();
+        let assumed = assumed.map(|assumption| format!("assumed: {assumption}"));
+        Self {
+            warnings: assumed.collect(),
+            poses: Vec::new(),
+            is_foreign: false,
+            table,
+        }
+    }
+}
+
+/// Readings; a table that lacks their columns, or whose columns are stated, as `import` reads it.
+fn read_or_imported(
     name: &str,
     bytes: &[u8],
     columns: &ImportMapping,
-) -> Result<Option<ImportedReadings>, AnalysisError> {
+) -> Result<ReadTable, AnalysisError> {
     let is_stated = *columns != ImportMapping::default();
-    if !is_stated && has_names_of_readings(bytes) {
-        return Ok(None);
-    }
-    let draft = ImportDraft::read(&[(name, bytes)], None, columns);
-    match draft.and_then(|draft| draft.finish("add")) {
-        Ok(imported) => Ok(Some(imported)),
-        Err(error) if is_stated || matches!(error, TableImportError::Missing { .. }) => {
-            Err(error.into())
+    let lacking = if is_stated {
+        None
+    } else {
+        match read_readings(name, bytes, &ReadOptions::default()) {
+            Ok(table) => return Ok(table.into()),
+            Err(error @ ReadingsError::MissingColumn { .. }) => Some(error),
+            Err(error) => return Err(error.into()),
         }
-        Err(_) => Ok(None),
+    };
+    let draft = ImportDraft::read(&[(name, bytes)], None, columns);
+    match (draft.and_then(|draft| draft.finish("add")), lacking) {
+        (Ok(imported), _) => Ok(ReadTable {
+            warnings: imported.notes.iter().map(ToString::to_string).collect(),
+            table: imported.table,
+            poses: imported.poses,
+            is_foreign: true,
+        }),
+        // What is no table of another program either lacks the columns of readings.
+        (Err(error), Some(lacking)) if !matches!(error, TableImportError::Missing { .. }) => {
+            Err(lacking.into())
+        }
+        (Err(error), _) => Err(error.into()),
     }
 }
 
