@@ -528,7 +528,16 @@ impl From<ReadingTable> for ReadTable {
     }
 }
 
-/// Readings; a table that lacks their columns, or whose columns are stated, as `import` reads it.
+/// Whether a table has neither force nor displacement by the names of readings.
+fn lacks_both_values(error: &ReadingsError) -> bool {
+    let ReadingsError::MissingColumn { column, others, .. } = error else {
+        return false;
+    };
+    let mut values = ["force_N", "displacement_um"].iter();
+    values.all(|name| column == name || others.contains(name))
+}
+
+/// Readings; a table that has no values by their names, or whose columns are stated, as `import` reads it.
 fn read_or_imported(
     name: &str,
     bytes: &[u8],
@@ -540,7 +549,7 @@ fn read_or_imported(
     } else {
         match read_readings(name, bytes, &ReadOptions::default()) {
             Ok(table) => return Ok(table.into()),
-            Err(error @ ReadingsError::MissingColumn { .. }) => Some(error),
+            Err(error) if lacks_both_values(&error) => Some(error),
             Err(error) => return Err(error.into()),
         }
     };
