@@ -298,16 +298,16 @@ class Session:
         if line.startswith("? "):
             self.prompt, self.prompt_at = [line[2:]], self.now()
             return
-        if self.prompt is not None and line.startswith("  ") and not line.startswith("  held up"):
+        if self.prompt is not None and line.startswith("  ") and not line.startswith("  waiting: "):
             self.prompt.append(line.strip())
             return
-        held = re.match(r"\s+held up: (.*)", line)
+        held = re.match(r"\s+waiting: (.*)", line)
         if held:
             self.held_up.append((self.now(), held.group(1)))
             # Before the first task both gauges are waited for anyway.
             if self.fired and (self.goal or "nothing comes" not in line):
-                self.complained("held up: " + held.group(1))
-        live = re.match(r"  (-?[\d.]+) N  (\S+) um", line)
+                self.complained("waiting: " + held.group(1))
+        live = re.match(r"  (-?[\d.]+) N\b.*?  (-?[\d.]+) um", line)
         if live:
             self.live_n.append(float(live.group(1)))
             self.live_um.append(live.group(2))
@@ -344,7 +344,9 @@ class Session:
             self.progressed()
 
     def task(self, text):
-        place, _, what = text.partition(": ")
+        place, colon, what = text.partition(": ")
+        if not colon:
+            place, what = "", text
         repeat = re.search(r"repeat (\d+)/", place)
         repeat = repeat.group(1) if repeat else "0"
         number = re.search(r"to (-?[\d.]+) N", what)
