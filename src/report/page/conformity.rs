@@ -153,7 +153,8 @@ pub struct ConformityStatement {
 
 impl ConformityStatement {
     /// Whether every requirement is met, at least on condition.
-    pub(crate) fn all_pass(&self) -> bool {
+    #[must_use]
+    pub fn all_pass(&self) -> bool {
         let mut decisions = self.requirements.iter().map(|one| one.decision);
         decisions.all(|decision| {
             matches!(
