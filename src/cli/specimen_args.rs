@@ -1,5 +1,7 @@
 //! How a table without a robot is read.
 
+use std::collections::BTreeSet;
+
 use clap::Args;
 
 use crate::analysis::ArgumentError;
@@ -145,19 +147,10 @@ impl PartTableArgs {
             let columns: Vec<String> = columns.collect();
             format!("columns by their names: --map {}", columns.join(","))
         });
+        let mut stated = BTreeSet::new();
         for (role, column) in pairs {
-            let has = |known: &Option<String>| known.is_some();
-            let is_stated_twice = match role.as_str() {
-                "force" => has(&options.force_column),
-                "displacement" => !options.displacement_column.is_empty(),
-                "time" => has(&options.time_column),
-                "temperature" => has(&options.temperature_column),
-                "hold" => has(&options.hold_column),
-                "order" => has(&options.order_column),
-                "branch" => has(&options.branch_column),
-                _ => false,
-            };
-            if is_stated_twice {
+            let may_be_several = ["run", "repeat", "configuration", "pose"].contains(&&*role);
+            if !may_be_several && !stated.insert(role.clone()) {
                 return Err(wrong_map(&role, "a part has one such column").into());
             }
             match role.as_str() {

@@ -75,13 +75,17 @@ impl FoundColumns {
         })
     }
 
+    /// The column of a role by its name alone, and that of the force.
+    fn guessed_beside_force(&self, role: &ColumnRole) -> Option<(usize, usize)> {
+        let (column, from) = *self.places.get(role)?;
+        let force = self.place(&ColumnRole::Force)?;
+        (from == GuessedFrom::Name).then_some((column, force))
+    }
+
     /// Takes no runs from a guessed column that counts something else.
     fn drop_counter(&mut self, table: &MachineTable) {
         let role = ColumnRole::Repeat;
-        let (Some((column, GuessedFrom::Name)), Some(force)) = (
-            self.places.get(&role).copied(),
-            self.place(&ColumnRole::Force),
-        ) else {
+        let Some((column, force)) = self.guessed_beside_force(&role) else {
             return;
         };
         let loads = table.numbers(force).unwrap_or_default();
@@ -123,10 +127,7 @@ impl FoundColumns {
         /// Loads are the same within this share of their range.
         const SAME: f64 = 0.05;
         let role = ColumnRole::Pose;
-        let (Some((column, GuessedFrom::Name)), Some(force)) = (
-            self.places.get(&role).copied(),
-            self.place(&ColumnRole::Force),
-        ) else {
+        let Some((column, force)) = self.guessed_beside_force(&role) else {
             return;
         };
         if !table.layout.columns[column].is_numeric {
