@@ -284,3 +284,34 @@ fn a_straight_line_set_either_way_lacks_nothing() {
         assert!(alarms <= 4, "{alarms} of 20, {response:?}");
     }
 }
+
+#[test]
+fn a_force_gauge_that_scatters_over_dead_weights_is_no_physics() {
+    // The same loads five times: to what hangs there, order and travel follow more closely than the force that is read.
+    let alarms = (0..40).filter(|&seed| {
+        let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
+        let mut table = "run,F_N,d_um\n".to_owned();
+        for run in 1..=5 {
+            for load in (0..15).map(|step| 5.0 * f64::from(step)) {
+                let [force, dial]: [f64; 2] =
+                    std::array::from_fn(|_| StandardNormal.sample(&mut rng));
+                let read = (load + 0.1 * force, 20.0 * load + dial);
+                writeln!(table, "{run},{:.3},{:.2}", read.0, read.1).unwrap();
+            }
+        }
+        let options = SpecimenOptions {
+            force_column: Some("F_N".to_owned()),
+            displacement_column: "d_um".to_owned(),
+            run_column: vec!["run".to_owned()],
+            ..SpecimenOptions::default()
+        };
+        let table = read_specimen("weights.csv", table.as_bytes(), &options).unwrap();
+        let (baseline, observations) = Line::of_table(&table).unwrap();
+        let search = SearchOptions::default();
+        let said = diagnose(&baseline, &observations, &search, None).unwrap().0;
+        said.verdict != Verdict::NothingMissing
+    });
+    // Nominal 4 %: of forty more than six have a chance of 0.1 % (binomial).
+    let alarms = alarms.count();
+    assert!(alarms <= 6, "{alarms} of 40");
+}

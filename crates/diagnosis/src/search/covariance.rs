@@ -129,6 +129,14 @@ impl Covariance {
         &self.weights
     }
 
+    /// Length of some rows by their own errors alone: what errors that rows share take nothing of.
+    pub(crate) fn own_length(&self, rows: &[f64], range: &Range<usize>) -> f64 {
+        let both = rows[range.clone()].iter().zip(&self.weights[range.clone()]);
+        both.map(|(row, weight)| (row * weight).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
     /// Ranges of rows that are correlated with no others.
     pub fn block_rows(&self) -> impl Iterator<Item = &Range<usize>> {
         self.blocks.iter().map(|block| &block.rows)

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::mismatch::observed::{Observations, ObservedCell, ReadingNoise, about_means};
 use crate::search::largest;
+use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Standard errors by which the share of the gauge must exceed zero, and the least share that matters (1): below it the scatter is setting. By
@@ -91,6 +92,33 @@ pub(crate) fn positions_of_repeats(observations: &Observations, positions_m: Vec
     let both = positions_m.iter().zip(off_m);
     both.map(|(position, off)| position - off).collect()
 }
+
+/// Share of its length below which a column over the loads is one of their scatter (1): to what they were set to, order and time follow, and beside the
+/// loads as read all that is left of these are the errors of the loads, which a fit takes for a cause.
+pub(crate) fn loads_off(observations: &Observations) -> f64 {
+    let forces: Vec<f64> = observations.loads.iter().map(|load| load.force_n).collect();
+    let off_n = about_steps(observations, forces.clone());
+    if largest(&off_n) > SAME_LOAD * observations.largest_load() {
+        return 0.0;
+    }
+    let share = root_mean_square(off_n).zip(root_mean_square(forces));
+    share.map_or(0.0, |(off_n, force_n)| {
+        BY_SCATTER * off_n / force_n.max(f64::MIN_POSITIVE)
+    })
+}
+
+/// The same of a period over positions that are means of repeats, m: where the loads of all steps are a whole number of periods apart, what is left of
+/// it is the error of these means. Multiplied by the turns of the period per metre it is the share.
+pub(crate) fn positions_off(observations: &Observations, positions_m: &[f64]) -> f64 {
+    let off_m = about_steps(observations, positions_m.to_vec());
+    let steps: HashSet<usize> = steps(observations).into_iter().collect();
+    let repeats = observations.len() as f64 / (steps.len() as f64).max(1.0);
+    let of_means_m = root_mean_square(off_m).unwrap_or(0.0) / repeats.sqrt();
+    std::f64::consts::TAU * BY_SCATTER * of_means_m
+}
+
+/// Times by which a column exceeds what scatter alone makes of it (1). By judgement.
+const BY_SCATTER: f64 = 2.0;
 
 /// Share of the largest load by which loads of one step may differ to be repeats (1). By judgement.
 const SAME_LOAD: f64 = 0.05;

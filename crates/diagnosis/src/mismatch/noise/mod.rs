@@ -20,7 +20,9 @@ pub use cell_slopes::{CellSlopes, SeriesSlopes};
 pub(crate) use covariance::{ForceReading, NoiseCovariance, ReadForces, groups};
 pub use earlier_noise::EarlierNoise;
 pub use estimated_noise::{EstimatedNoise, NoiseBasis, StatedScatter};
-pub(crate) use force_scatter::{force_within_steps, positions_of_repeats};
+pub(crate) use force_scatter::{
+    force_within_steps, loads_off, positions_of_repeats, positions_off,
+};
 pub(crate) use free_means::fixed_part;
 pub use known_noise::KnownNoise;
 pub(crate) use restricted_likelihood::estimate_noise;

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::profiles::profiles;
 use super::stratum::Stratum;
-use crate::mismatch::noise::positions_of_repeats;
+use crate::mismatch::noise::{loads_off, positions_of_repeats, positions_off};
 use crate::mismatch::observed::{Observations, ObservedCell};
 use crate::search::WhiteSpace;
 use crate::search::{Batched, RowVector, ScoreEngine, largest};
@@ -157,6 +157,10 @@ pub(crate) struct Patterns<'a> {
     profiles: Vec<Vec<f64>>,
     /// Where the gauge stood at each reading, m.
     positions_m: Vec<f64>,
+    /// Share of a profile that the scatter of the loads makes of it.
+    loads_off: f64,
+    /// The same of a period, m.
+    positions_off_m: f64,
     all: Vec<Pattern>,
     places: GroupPlaces,
 }
@@ -224,11 +228,14 @@ impl<'a> Patterns<'a> {
         }));
         let read = observations.loads.iter().zip(&observations.displacement_m);
         let read = read.map(|(load, read)| load.position_m.unwrap_or(*read));
+        let read: Vec<f64> = read.collect();
         Self {
             observations,
             compliance,
             profiles: values,
-            positions_m: positions_of_repeats(observations, read.collect()),
+            loads_off: loads_off(observations),
+            positions_off_m: positions_off(observations, &read),
+            positions_m: positions_of_repeats(observations, read),
             all,
             places,
         }
@@ -300,7 +307,17 @@ impl<'a> Patterns<'a> {
         let range = self.write(pattern, scratch);
         let values = scratch.values_m.iter().take(pattern.form.vectors());
         let white = values.map(|values| space.white_part(values, &range));
+        let by_scatter = match pattern.form {
+            PatternForm::Profile { .. } | PatternForm::Order(_) | PatternForm::Swing(_) => {
+                self.loads_off
+            }
+            PatternForm::Period(period_m) => self.positions_off_m / period_m,
+        };
         let (units, length) = space.orthonormal(white, ABSORBED_PATTERN)?;
+        let own = space.covariance.own_length(&scratch.values_m[0], &range);
+        if length < by_scatter * own {
+            return None;
+        }
         Some(ResidualPattern {
             stratum: pattern.stratum,
             group: pattern.group,

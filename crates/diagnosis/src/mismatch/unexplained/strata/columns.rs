@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::mismatch::noise::{NoiseCovariance, force_within_steps};
+use crate::mismatch::noise::{NoiseCovariance, force_within_steps, loads_off};
 use crate::mismatch::observed::{Observations, ObservedReading};
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -193,7 +193,14 @@ pub(super) fn sets(setting: &Setting<'_, '_>) -> ColumnSets {
         let prior_sd = setting.prior_sd.get(place);
         prior_sd.map_or(0.0, |prior_sd| ABSORBS_NOTHING / prior_sd)
     });
-    let clock = push(clock_columns(observations), COLUMN_LEFT, &|_| 0.0);
+    let clock = clock_columns(observations);
+    let off = loads_off(observations);
+    let by_loads = |column: &Vec<f64>| {
+        let covariance = &setting.whitening.covariance;
+        off * covariance.own_length(column, &(0..column.len()))
+    };
+    let least: Vec<f64> = clock.iter().map(by_loads).collect();
+    let clock = push(clock, COLUMN_LEFT, &|place| least[place]);
     let repeat = push(
         repeat_columns(observations, setting.slope_m),
         COLUMN_LEFT,

@@ -119,11 +119,8 @@ pub(crate) fn located(
     let residual_m = problem.raw_residuals(model)?;
     let white = decomposition.white(&residual_m);
     // Where the gauge stood, if that is known, else where the model says.
-    let positions_m: Vec<f64> = problem
-        .observations
-        .loads
-        .iter()
-        .zip(&predicted)
+    let loads = problem.observations.loads.iter().zip(&predicted);
+    let positions_m: Vec<f64> = loads
         .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
         .collect();
     let rounded = problem.rounded(state)?;
