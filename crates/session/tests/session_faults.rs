@@ -99,21 +99,27 @@ fn a_display_that_stood_still_on_the_way_gives_no_reading() {
 
 #[test]
 fn readings_since_a_frozen_display_are_flagged() {
-    let mut rig = up_to(1);
-    rig.answers
-        .push(("frozen", Answer::Text("again".to_owned())));
-    rig.bench.hold(Channel::Displacement);
-    for _ in 0..400 {
-        rig.tick();
+    // Put right after the answer, or while the question is open and so withdrawn.
+    for left_open in ["", "frozen"] {
+        let mut rig = up_to(1);
+        rig.leaves_open = left_open;
+        rig.answers
+            .push(("frozen", Answer::Text("again".to_owned())));
+        rig.bench.hold(Channel::Displacement);
+        for _ in 0..400 {
+            rig.tick();
+        }
+        rig.bench.held_si = [None; Channel::COUNT];
+        rig.run();
+        let state = rig.machine.state();
+        nothing_false(state, "held since the first reading");
+        assert_eq!(
+            state.readings[0].flag(),
+            "the displacement gauge stood still"
+        );
+        let withdrawn = rig.said.iter().any(|line| line.contains("withdrawn: "));
+        assert_eq!(withdrawn, !left_open.is_empty());
     }
-    rig.bench.held_si = [None; Channel::COUNT];
-    rig.run();
-    let state = rig.machine.state();
-    nothing_false(state, "held since the first reading");
-    assert_eq!(
-        state.readings[0].flag(),
-        "the displacement gauge stood still"
-    );
 }
 
 #[test]

@@ -147,6 +147,8 @@ impl Machine {
         };
         if gone && let Some(open) = self.pending.take() {
             self.notify(format!("withdrawn: {}", open.prompt.text), out);
+            // What it showed before it moved again is as wrong as what it showed then.
+            self.flag_while_still(out);
         }
     }
 
@@ -241,12 +243,12 @@ impl Machine {
             let flag = format!("the {channel} went against the force on this zero");
             self.flag_since(channel, since_s, flag, out);
         }
-        if let Some((channel, since_s)) = self.stood_still.take().filter(|_| word != "accept") {
-            let flag = format!("the {channel} gauge stood still");
-            self.flag_since(channel, since_s, flag, out);
+        if word != "accept" {
+            self.flag_while_still(out);
         }
         match word {
             "accept" => {
+                self.stood_still = None;
                 if let Some(load) = &mut self.load {
                     load.accepted.push((rule, channel));
                 }
@@ -287,6 +289,14 @@ impl Machine {
         };
         let flag = format!("the {channel} gauge showed few last digits");
         self.flag_since(channel, few.since_s, flag, out);
+    }
+
+    /// Flags what was read of the gauge that was asked about because it stood still.
+    fn flag_while_still(&mut self, out: &mut Vec<Action>) {
+        if let Some((channel, since_s)) = self.stood_still.take() {
+            let flag = format!("the {channel} gauge stood still");
+            self.flag_since(channel, since_s, flag, out);
+        }
     }
 
     /// Flags the readings whose value of a gauge came after a time.
