@@ -18,7 +18,7 @@ import attacks
 from bench import LIVE, LONGEST_S, Session
 from judge import judge
 
-WORDS = {"false accepted": "FALSE", "hung": "HUNG", "flagged": "flagged", "stopped": "stopped", "recovered": "recovered"}
+WORDS = {"false accepted": "FALSE", "not knowable": "limit", "hung": "HUNG", "flagged": "flagged", "stopped": "stopped", "recovered": "recovered"}
 
 
 def one(attack, program, logs, seed, longest_s):
@@ -107,7 +107,8 @@ def main():
     counted = len(results) - len(controls)
     print(f"\n{counted} attacks and {len(controls)} controls, {sum(len(r['false']) for r in false)} false values accepted in {len(false)} "
           f"sessions, {len(hung)} hung; {sum(r['verdict'] == 'flagged' for r in results)} flagged, "
-          f"{sum(r['verdict'] == 'stopped' for r in results)} stopped, {sum(r['verdict'] == 'recovered' for r in results)} recovered; "
+          f"{sum(r['verdict'] == 'stopped' for r in results)} stopped, {sum(r['verdict'] == 'recovered' for r in results)} recovered, "
+          f"{sum(r['verdict'] == 'not knowable' for r in results)} false where nobody could know; "
           f"{len(bad)} controls not clean, {len(idle)} attacks did not come about, {len(broken)} faults of the rig; "
           f"{time.monotonic() - began:.0f} s", file=out)
     if args.json:

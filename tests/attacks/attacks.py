@@ -39,6 +39,7 @@ class Attack:
     relax: float = 0.0
     quick: bool = False
     why: str = ""
+    limit: str = ""             # why nobody could know: what is false then is counted apart
     arguments: tuple = ()
     patience: float = 22.0      # without progress so long, the operator ends the session, s
 
@@ -279,10 +280,16 @@ add("force held at the load, jack falls off", SAU_MIT, step("band -20", f_hold, 
 add("force held at the load, jack goes on", M10_MAHR, step("band -10", f_hold, 0.02),
     step("band -10", lambda s: s.rig.ramp(s.now(), -18.0, 0.3), 0.03, attack=False),
     step("reading 2", f_free, 0.05, attack=False), cure=f_free, why="the dial settles at another load than the held one")
-add("both held at the load, jack falls off", SAU_MIT, step("band -20", both(f_hold, d_hold), 0.02),
-    step("band -20", lambda s: s.rig.ramp(s.now(), -16.5, 0.6), 0.03, attack=False),
-    step("reading 3", free_both, 0.05, attack=False), cure=free_both,
-    why="both values belong together, but not to the moment of the reading")
+for dwell, procedure, limit in (
+    ("", "slow", ""),
+    # Noise of 0.8 digits leaves one force after the other as it is in 4 of 10, one dial value of 0.2 digits in 8 of 10: six and three
+    # values show one text each in 0.4^5 0.8^2 = 0.7 % of good readings, and a program that asked then would ask in clean sessions.
+    (", in a quarter of the shipped dwell", "short", "in 0.7 % of good readings both stand still as long"),
+):
+    add(f"both held at the load, jack falls off{dwell}", SAU_MIT, step("band -20", both(f_hold, d_hold), 0.02),
+        step("band -20", lambda s: s.rig.ramp(s.now(), -16.5, 0.6), 0.03, attack=False),
+        step("reading 3", free_both, 0.05, attack=False), cure=free_both, procedure=procedure, limit=limit,
+        why="both values belong together, but not to the moment of the reading")
 add("dial held after reading 2, whole load", M10_MAHR, step("reading 2", d_hold, 0.05), cure=d_free)
 add("dial held in the dwell after it settled", M10_MAHR, step("band -20", d_hold, 0.3), step("reading 3", d_free, attack=False),
     cure=d_free, why="held at the true value: nothing is false")

@@ -132,7 +132,7 @@ def check(session, row, times, zero_um, data):
 
 def verdict_of(session, false, flagged, accepted, ended):
     if false:
-        return "false accepted"
+        return "not knowable" if session.attack.limit else "false accepted"
     if session.state == "no progress" and session.arrived and not session.last_words:
         return "hung"       # the load is there by the gauge's own display, and nothing is said about why it waits
     if session.state == "no progress" and session.still_held:
