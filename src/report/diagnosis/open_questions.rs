@@ -3,13 +3,13 @@
 use stiffbench_document::Document;
 
 use crate::mismatch::NextMeasurement;
-use crate::physics::{Law, title};
+use crate::physics::Law;
 use crate::test_point::Branch;
 
 use super::detection_limits::{DetectionLimitReport, UnseenReason};
 use super::page::DiagnosisDetail;
 use super::page::capital;
-use super::phrases::{impossible, listed};
+use super::phrases::{impossible, listed, phrase};
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::count::hours_and_minutes;
 
@@ -92,7 +92,7 @@ pub(super) fn rejected(report: &DiagnosisReport, detail: DiagnosisDetail) -> Doc
     for one in refused.iter().take(PLACES) {
         let sentence = format!(
             "{}: {}.",
-            capital(&title(one.law, &one.place)),
+            capital(&phrase(one.law, &one.place, &[])),
             impossible(one.law)
         );
         section.item(sentence);
@@ -139,7 +139,7 @@ pub(in crate::report) fn next_plans(
         }
         proposed.push(plan);
         let alike = report.next.iter().filter(|other| same_advice(other, plan));
-        let pairs: Vec<String> = alike.map(pair).collect();
+        let pairs: Vec<String> = alike.map(|plan| pair(report, plan)).collect();
         let worth = if is_weak(plan) {
             "this will probably not suffice to decide"
         } else if confirms(plan) {
@@ -177,10 +177,10 @@ fn confirms(plan: &NextMeasurement) -> bool {
     plan.separates[1] == "nothing"
 }
 
-fn pair(plan: &NextMeasurement) -> String {
-    let [a, b] = &plan.separates;
+fn pair(report: &DiagnosisReport, plan: &NextMeasurement) -> String {
+    let [a, b] = plan.separates.each_ref().map(|one| in_words(report, one));
     if confirms(plan) {
-        return a.clone();
+        return a;
     }
     let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
         let ratio = if j > MOST_LOG_LR {
@@ -191,4 +191,18 @@ fn pair(plan: &NextMeasurement) -> String {
         format!(" (expected log likelihood ratio {ratio})")
     });
     format!("{a} from {b}{expected}")
+}
+
+/// An explanation by its title, in the words that the page has for it.
+fn in_words(report: &DiagnosisReport, title: &str) -> String {
+    let findings = report.diagnosis.findings.iter();
+    let mut effects = findings.flat_map(|finding| {
+        let rivals = finding.rivals.iter().map(|rival| &rival.effect);
+        std::iter::once(&finding.effect).chain(rivals)
+    });
+    let known = effects.find(|effect| effect.title() == title);
+    known.map_or_else(
+        || title.to_owned(),
+        |effect| phrase(effect.law, &effect.place, &effect.values),
+    )
 }

@@ -426,19 +426,22 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
                 "No other law of the library explains the readings nearly as well.".to_owned()
             }
             (Some(rival), _) => {
-                let mut own = phrase_of(best);
+                let own = phrase_of(best);
                 let mut other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
+                let mut with = own.clone();
                 if own == other {
-                    // Two equations of one effect.
-                    own = format!("{own} ({})", best.effect.law);
-                    other = format!("{other} by another equation ({})", rival.effect.law);
+                    other = format!(
+                        "the same by another equation, {}",
+                        rival.effect.law.equation
+                    );
+                    with = best.effect.law.equation.to_owned();
                 }
                 let subject = match answer {
                     DiagnosisAnswer::Single(_) => format!("Instead of {own}"),
                     DiagnosisAnswer::OneOf(_) => "Besides those above".to_owned(),
                 };
                 format!(
-                    "{subject} the next best is {other}; the readings are {} with {own} (log Bayes factor {:.1}).",
+                    "{subject} the next best is {other}; the readings are {} with {with} (log Bayes factor {:.1}).",
                     likelier(rival.log_bayes_to_winner),
                     rival.log_bayes_to_winner
                 )

@@ -115,6 +115,10 @@ impl Open {
     }
 
     fn pair(&mut self, first: &Effect, second: &Effect, weight: f64) {
+        if first.title() == second.title() {
+            // Two equations of one effect: whichever it is, the same is to be done.
+            return;
+        }
         let (a, b) = (self.place(first), self.place(second));
         let known = |pair: &OpenPair| pair.effects == [a, b] || pair.effects == [b, a];
         if a != b && !self.pairs.iter().any(known) {
