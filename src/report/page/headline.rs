@@ -64,7 +64,15 @@ impl ReportPage {
         add(Some(NoteKind::Verdict), verdict);
         add(None, found.and_then(limit));
         add(None, found.and_then(improvement));
-        add(None, fit.and_then(validation));
+        let is_found = found.and_then(named).is_some();
+        let validation = fit.and_then(validation);
+        add(
+            None,
+            validation.map(|sentence| match is_found {
+                true => format!("{sentence} It does not contain what was found."),
+                false => sentence,
+            }),
+        );
         let next = self.next();
         if !next.is_empty() {
             answer.paragraph("What to do next:");
@@ -98,8 +106,11 @@ impl ReportPage {
                 .into_iter()
                 .collect();
         };
+        let plans = &diagnosis.numbers.next_measurement;
         let checks = diagnosis.numbers.findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
+        // A check that separates two explanations stands among the plans.
+        let checks = checks.filter(|check| plans.iter().all(|plan| plan.plan != **check));
         let mut next: Vec<String> = Vec::new();
         let planned = self.fit.iter().flat_map(|fit| &fit.numbers.next);
         let planned: IndexSet<String> = planned.map(next_load_case).collect();

@@ -241,7 +241,7 @@ impl ReportPage {
     /// The same with its number, which follows from everything else but the commit of the program.
     #[must_use]
     pub(super) fn numbered(mut self) -> Self {
-        self.fit_into_a_megabyte();
+        self.leave_out_figures();
         let last = self.sessions.iter().filter_map(PageSession::last_day).max();
         let day = last.map_or_else(|| "undated".to_owned(), |day| day.replace('-', ""));
         let commit = std::mem::take(&mut self.program.commit);
@@ -251,9 +251,10 @@ impl ReportPage {
         self
     }
 
-    /// Leaves out the figures that would make the page larger than a megabyte, and states which.
-    fn fit_into_a_megabyte(&mut self) {
-        const LARGEST: usize = 1_000_000;
+    /// Leaves out the figures that would make the page larger than a mail takes, and states which.
+    fn leave_out_figures(&mut self) {
+        // 25 MB is common, and base64 takes a third more; a tenth leaves room for what goes with it.
+        const LARGEST: usize = 2_500_000;
         // What states that a figure is missing, in the text and among the data.
         const SENTENCE: usize = 400;
         let figures = std::mem::take(&mut self.figures);
@@ -265,7 +266,7 @@ impl ReportPage {
         let titles = self.figures.shed(LARGEST.saturating_sub(others));
         self.left_out.extend(titles.into_iter().map(|title| {
             format!(
-                "Figure: {title}. The page would exceed 1 MB; stiffbench fit, map and diagnose draw it."
+                "Figure: {title}. The page would exceed 2.5 MB; stiffbench fit, map and diagnose draw it."
             )
         }));
         self.body = self.body();
