@@ -32,7 +32,7 @@ from noise import Noise
 from plan import Plan, Table, take
 from recipes import NotReachable, absorbed, beside, impossible_rival, share
 from rivals import Library, left_by_library, rivals_of
-from session_folder import write_session
+from session_folder import ARCHIVE, pack, write_session
 from structures import PROPERTIES, ROOT, Robot
 
 SEED = 20260611
@@ -154,6 +154,7 @@ def main() -> None:
     third = sets.every_third([entry.mode for entry in entries])
     if arguments.only is None and not arguments.second:
         shutil.rmtree(arguments.out / "sessions", ignore_errors=True)
+        (arguments.out / ARCHIVE).unlink(missing_ok=True)
     answers = {}
     for index, entry in enumerate(entries):
         if arguments.only is not None and index not in arguments.only or arguments.second and index not in third:
@@ -172,6 +173,7 @@ def main() -> None:
             write_session(arguments.out / "sessions" / name, catalogue.ROBOTS[entry.robot], entry.mechanism, plan, noise, bench.table, readings)
     if arguments.only is None:
         (sets.write_second if arguments.second else sets.write)(arguments.out, answers)
+        pack(arguments.out, list(answers) if arguments.second else sets.split(answers)[1])
     else:
         print(json.dumps(answers, indent=1))
 

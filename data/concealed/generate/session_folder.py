@@ -1,12 +1,15 @@
-"""The folder of a session: readings.csv and session.toml."""
+"""The folder of a session: readings.csv and session.toml; of the proof lists all folders in one archive."""
 
+import shutil
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 
 from noise import Noise
 from plan import Plan, Table
 
+ARCHIVE = "proof-sessions.zip"
 COLUMNS = "pose,direction,branch,step,target_N,repeat,force_N,displacement_um,hold_s,t_s,temp_degC"
 
 
@@ -52,3 +55,19 @@ resolution_N = {noise.force_resolution_N}
 [instruments.displacement]
 resolution_um = {noise.res_um}
 ''')
+
+
+def pack(out: Path, names: list[str]) -> None:
+    """Moves session folders into the archive of the proof lists, beside what is in it already."""
+    archive = out / ARCHIVE
+    files = {}
+    if archive.exists():
+        with ZipFile(archive) as old:
+            files = {name: old.read(name) for name in old.namelist()}
+    for name in names:
+        folder = out / "sessions" / name
+        files.update({f"sessions/{name}/{path.name}": path.read_bytes() for path in folder.iterdir()})
+        shutil.rmtree(folder)
+    with ZipFile(archive, "w") as new:
+        for name in sorted(files):
+            new.writestr(ZipInfo(name), files[name], ZIP_DEFLATED, 9)

@@ -340,7 +340,7 @@ pub(in crate::report) fn statistics_table<'s>(
         .numbers("mean", |(_, one)| {
             stiffness(&one.column, one.statistics.mean.value)
         })
-        .numbers("U, k", |(_, one)| {
+        .numbers("U of the sampling, k", |(_, one)| {
             expanded(&one.column, &one.statistics.mean)
         })
         .numbers("5 %", |(_, one)| quantile(one, 0.05))

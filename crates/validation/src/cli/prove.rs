@@ -1,6 +1,7 @@
 //! `stiffbench-validate prove`.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
 use std::time::Instant;
 use stiffbench::analysis::{Inputs, ReadError, laws, named_procedure, robot_source, usual_plan};
@@ -153,7 +154,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     let chosen = selected_sessions(args, &folder)?;
     let sessions: Vec<ValidationSession> = chosen
         .iter()
-        .map(|(id, _)| Ok(ValidationSession::read(&session_texts(&folder, id)?)?))
+        .map(|chosen| Ok(ValidationSession::read(&session_texts(&folder, chosen)?)?))
         .collect::<Result<_, Failure>>()?;
     let bar = progress(global, "concealed sessions", sessions.len() as u64);
     let options = SearchOptions {
@@ -330,7 +331,7 @@ fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
     sets.chosen(None)
         .iter()
         .filter(|(_, set)| *set != Set::Second)
-        .map(|(id, _)| session_texts(&folder, id))
+        .map(|chosen| session_texts(&folder, chosen))
         .collect()
 }
 
@@ -349,19 +350,46 @@ fn selected_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set
     Ok(chosen)
 }
 
+/// The sessions of the proof lists, below the same names as those of the development list beside it.
+const ARCHIVE: &str = "proof-sessions.zip";
+
 /// The texts of a concealed session.
-fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
-    let folder = folder.join("sessions").join(id);
-    let path = folder.join("session.toml");
-    let header = SourceText::new(path.display().to_string(), read(&path)?);
+fn session_texts(folder: &Path, (id, set): &(String, Set)) -> Result<SessionTexts, Failure> {
+    let text = |file: &str| {
+        let name = format!("sessions/{id}/{file}");
+        let path = folder.join(&name);
+        let text = match set {
+            Set::Development => read(&path)?,
+            Set::Proof | Set::Second => packed(&folder.join(ARCHIVE), &name)?,
+        };
+        Ok::<_, Failure>(SourceText::new(path.display().to_string(), text))
+    };
+    let header = text("session.toml")?;
     let named = SessionHeader::from_toml(&header.name, &header.text)?.header;
-    let robot = robot_source(named.robot.as_deref().unwrap_or("hp-robot"), Some(&path))?;
+    let robot = named.robot.as_deref().unwrap_or("hp-robot");
+    // A session is two folders below the archive, and need not lie there unpacked.
+    let robot = robot.strip_prefix("../../").unwrap_or(robot);
     Ok(SessionTexts {
-        id: id.to_owned(),
-        readings: read(&folder.join("readings.csv"))?,
+        id: id.clone(),
+        readings: text("readings.csv")?.text,
         header,
-        robot,
+        robot: robot_source(robot, Some(&folder.join(ARCHIVE)))?,
     })
+}
+
+/// A file of an archive.
+fn packed(archive: &Path, name: &str) -> Result<String, Failure> {
+    let is_none = |_| ValidationError::ProofData {
+        path: archive.join(name),
+    };
+    let file = fs::File::open(archive).map_err(ReadError::of(archive))?;
+    let mut files = zip::ZipArchive::new(file).map_err(is_none)?;
+    let mut packed = files.by_name(name).map_err(is_none)?;
+    let mut text = String::new();
+    packed
+        .read_to_string(&mut text)
+        .map_err(ReadError::of(archive))?;
+    Ok(text)
 }
 
 /// A file of the proof's data.
