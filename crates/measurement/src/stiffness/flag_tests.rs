@@ -339,6 +339,39 @@ fn straight_benches_are_rarely_called_bent_and_a_toe_is_found() {
 }
 
 #[test]
+fn behind_a_toe_the_loads_that_lie_on_a_line_give_the_stiffness_within_its_u() {
+    let (mut found, mut inside) = (0, 0);
+    for seed in 0..40 {
+        let bench = SimulatedBench {
+            targets_n: (0..=14).map(|i| -5.0 * f64::from(i)).collect(),
+            reading_sd_m: 0.5e-6,
+            relative_slope_sd: 0.002,
+            ..SimulatedBench::paper(3, seed)
+        };
+        // Up to 20 N it gives way twice as much at first; behind that it has the 50 N/mm of the bench.
+        let toed = spoiled(&bench, |r| {
+            let in_toe_n = r.force_n.abs().min(20.0);
+            r.displacement_m -= 20e-6 * (in_toe_n - in_toe_n * in_toe_n / 40.0);
+        });
+        for row in &toed.cells {
+            let Some(part) = row.flags.iter().find_map(Flag::straight_part) else {
+                continue;
+            };
+            assert_eq!(part.ends_n[1], -70.0);
+            let off = (part.stiffness.value - 5e4).abs();
+            found += 1;
+            inside += u32::from(part.stiffness.expanded_95().is_some_and(|u| off <= u));
+        }
+    }
+    // 95 % less three standard errors; a part is searched at 10 %, and may be shorter or none.
+    assert!(found >= 105, "{found} of 120");
+    assert!(
+        f64::from(inside) >= 0.89 * f64::from(found),
+        "{inside} of {found}"
+    );
+}
+
+#[test]
 fn a_force_far_from_all_others_is_the_one_that_is_flagged() {
     for force_n in [1e6, -1e6, -7e4, 1e9] {
         let bench = mixed_bench(3);

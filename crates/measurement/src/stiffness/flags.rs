@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
+use super::rounding::{RoundedValue, format_value_uncertainty};
 use super::significance::TestStatistic;
+use super::straightness::StraightPart;
 use stiffbench_units_and_text::count::counted;
 
 /// An outlier as many times as far off as its limit puts the stiffness in doubt: it moves the slope of five runs of eight readings by 1.2 standard
@@ -157,9 +159,9 @@ pub enum Flag {
     },
     /// The repeats refute the straight line whose slope the stiffness is.
     #[error(
-        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the {}, F({:.0}, {:.0}) = {f:.1}, p < 0.01; the largest departure is {:.1} µm, {:.1} % of the range). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the {}, F({:.0}, {:.0}) = {f:.1}, p < 0.01; the largest departure is {:.1} µm, {:.1} % of the range). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N){}",
         half(&.halves[0]), half(&.halves[1]), if *.by_repeats { "repeats" } else { "scatter of neighbours" }, .dof[0], .dof[1],
-        1e6 * .departure_m, 100.0 * .departure_share
+        1e6 * .departure_m, 100.0 * .departure_share, part_words(.part.as_ref())
     )]
     NotStraight {
         /// Lack of fit: F of the step means about the line against step times run.
@@ -174,6 +176,8 @@ pub enum Flag {
         departure_m: f64,
         /// Its share of the range of displacements.
         departure_share: f64,
+        /// The loads that do lie on a line.
+        part: Option<StraightPart>,
     },
     /// Fewer than three loads: curvature, dead zone and offset cannot be distinguished from the slope.
     #[error("{} under force (limit 3): an offset or curvature cannot be distinguished from the slope", counted(.n, "load"))]
@@ -216,6 +220,15 @@ impl Flag {
         }
     }
 
+    /// The loads that lie on a line, where a flag says that not all do.
+    #[must_use]
+    pub fn straight_part(&self) -> Option<&StraightPart> {
+        match self {
+            Self::NotStraight { part, .. } => part.as_ref(),
+            _ => None,
+        }
+    }
+
     /// The test behind the flag, if it is a question of scatter.
     #[must_use]
     pub fn test(&self) -> Option<TestStatistic> {
@@ -247,6 +260,23 @@ fn percent(share: f64) -> String {
 /// The stiffness of a half of the loads.
 fn half(([from, to], stiffness_n_per_m): &([f64; 2], f64)) -> String {
     format!("{:.4} N/µm from {from} to {to} N", stiffness_n_per_m / 1e6)
+}
+
+/// What is known of loads that do lie on a line.
+fn part_words(part: Option<&StraightPart>) -> String {
+    let Some(StraightPart { ends_n, stiffness }) = part else {
+        return String::new();
+    };
+    let expanded = stiffness.expanded_95();
+    let rounded = expanded.and_then(|u| format_value_uncertainty(stiffness.value / 1e6, u / 1e6));
+    let k = match rounded {
+        Some(RoundedValue { value, uncertainty }) => format!("({value} ± {uncertainty}) N/µm"),
+        None => format!("{:.4} N/µm", stiffness.value / 1e6),
+    };
+    let [from, to] = ends_n;
+    format!(
+        ". The loads from {from} to {to} N do lie on one, a range chosen after the curve was seen: K = {k} there"
+    )
 }
 
 /// The words that close every tested flag: rule, threshold, power.
@@ -336,6 +366,7 @@ mod tests {
                 by_repeats: true,
                 departure_m: 2e-5,
                 departure_share: 0.02,
+                part: None,
             },
             Flag::TooFewLoads { n: 1 },
         ];

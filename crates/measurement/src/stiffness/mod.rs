@@ -55,12 +55,13 @@ pub use grouping::LeftOut;
 pub use line::{LineFit, NoStiffness, RunSums, TypeA};
 pub use report::{
     BudgetRowReport, FlagReport, LeftOutReport, LoadMeanReport, PooledScatterReport,
-    SkippedCellReport, StiffnessCellReport, StiffnessReport, UncertaintyReport,
+    SkippedCellReport, StiffnessCellReport, StiffnessReport, StraightPartReport, UncertaintyReport,
 };
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
 pub use significance::TestStatistic;
+pub use straightness::StraightPart;
 pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
     stiffness_table_with_drifts,

@@ -11,6 +11,7 @@ use super::curve::{Branches, LoadMean};
 use super::estimate::ScatterBasis;
 use super::flags::Flag;
 use super::line::{LineFit, NoStiffness};
+use super::straightness::StraightPart;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::reported::Reported;
 use stiffbench_numeric::statistics::Estimate;
@@ -105,6 +106,21 @@ pub struct StiffnessCellReport {
     pub uncertainty_regression: Option<UncertaintyReport>,
     /// What looks wrong.
     pub flags: Vec<FlagReport>,
+    /// The loads that lie on a straight line, where repeats show that not all of them do.
+    pub straight_part: Option<StraightPartReport>,
+}
+
+/// Stiffness of a part of the loads, chosen after the curve was seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StraightPartReport {
+    /// The smallest of its loads.
+    #[serde(rename = "from_N")]
+    pub from_n: f64,
+    /// The largest.
+    #[serde(rename = "to_N")]
+    pub to_n: f64,
+    /// Inverse slope of displacement on force over these loads.
+    pub stiffness: Reported,
 }
 
 /// Mean readings of one load.
@@ -281,6 +297,22 @@ impl From<&CellStiffness> for StiffnessCellReport {
             uncertainty_paper: row.paper.as_ref().ok().map(Into::into),
             uncertainty_regression: row.regression.as_ref().ok().map(Into::into),
             flags: row.flags.iter().map(Into::into).collect(),
+            straight_part: row
+                .flags
+                .iter()
+                .find_map(Flag::straight_part)
+                .map(Into::into),
+        }
+    }
+}
+
+impl From<&StraightPart> for StraightPartReport {
+    fn from(part: &StraightPart) -> Self {
+        let unit = NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE;
+        Self {
+            from_n: part.ends_n[0],
+            to_n: part.ends_n[1],
+            stiffness: Reported::from_estimate(&part.stiffness, unit, "N/um"),
         }
     }
 }

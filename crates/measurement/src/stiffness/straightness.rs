@@ -1,12 +1,13 @@
-//! Whether the repeats of a cell refute the straight line whose slope its stiffness is.
+//! Whether the repeats of a cell refute the straight line whose slope its stiffness is, and which of its loads lie on one.
 
 use super::checks::CellWork;
-use super::curve::LoadCurve;
+use super::curve::{Branches, LoadCurve};
 use super::flags::Flag;
 use super::gauges::GaugePair;
 use super::line::StraightLine;
 use super::outliers::{ROUNDING, step_variance_m2};
-use stiffbench_numeric::statistics::f_upper_tail;
+use crate::readings::Reading;
+use stiffbench_numeric::statistics::{Estimate, f_upper_tail};
 
 /// Repeats refute a line that they would miss as far with less than this chance.
 const LEVEL: f64 = 0.01;
@@ -16,6 +17,68 @@ const MANY: usize = 18;
 
 /// Without repeats a bend below this share of K is not worth a flag: nothing but noise is known of such a run.
 const VISIBLE: f64 = 0.05;
+
+/// A part of the loads counts as straight unless its line misses it as far with less than this chance (1): what a test at [`LEVEL`] lets pass may
+/// still bend by more than U. By judgement.
+const STRAIGHT: f64 = 0.1;
+
+/// Fewest loads that show by themselves that they lie on a line, and share of all loads (1). By judgement.
+const FEWEST_STRAIGHT: usize = 4;
+/// See [`FEWEST_STRAIGHT`].
+const LEAST_SHARE: f64 = 0.3;
+
+/// Loads that lie on a line where all of them do not: a seated part behind a toe or a preload, or what comes before a yield.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StraightPart {
+    /// The first and the last of the loads, N.
+    pub ends_n: [f64; 2],
+    /// Stiffness there, N/m, with the uncertainty that these loads give it.
+    pub stiffness: Estimate,
+}
+
+/// The readings of the longest part of the loads, from the largest or from the smallest on, that the repeats do not refute to be straight, and the
+/// ends of its loads, N; the load at which it would be refuted has a neighbour that is left out too. `None` of loads of both signs or branches.
+pub(super) fn straight_readings<'a>(
+    readings: &[&'a Reading],
+    branches: Branches,
+    gauges: &GaugePair,
+) -> Option<(Vec<&'a Reading>, [f64; 2])> {
+    let used = readings.iter().filter(|one| branches.include(one.branch));
+    let mut targets: Vec<f64> = used.map(|reading| reading.target_n).collect();
+    targets.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    targets.dedup();
+    let one_way = targets.iter().all(|n| *n >= 0.0) || targets.iter().all(|n| *n <= 0.0);
+    if branches == Branches::Both || !one_way {
+        return None;
+    }
+    let count = targets.len();
+    let fewest = FEWEST_STRAIGHT.max((LEAST_SHARE * count as f64).ceil() as usize);
+    let within = |ends: [f64; 2]| -> Vec<&Reading> {
+        let sizes = ends[0].abs()..=ends[1].abs();
+        let inside = readings.iter().copied();
+        inside
+            .filter(|one| sizes.contains(&one.target_n.abs()))
+            .collect()
+    };
+    let chance = |first: usize, last: usize| {
+        let inside = within([targets[first], targets[last]]);
+        let work = CellWork::new(inside.first()?.cell(), &inside, branches);
+        let LackOfFit { f, dof, .. } = work.lack_by_repeats(gauges)?;
+        f_upper_tail(f, dof[0], dof[1])
+    };
+    // One load more is left out than the test asks for.
+    (fewest + 1..count).rev().find_map(|length| {
+        let parts = [[count - length, count - 1], [0, length - 1]];
+        let chances = parts.map(|[first, last]| chance(first, last).unwrap_or(0.0));
+        let [[first, last], shorter] = if chances[0] >= chances[1] {
+            [parts[0], [1, 0]]
+        } else {
+            [parts[1], [0, 1]]
+        };
+        let ends = [targets[first + shorter[0]], targets[last - shorter[1]]];
+        (chances[0].max(chances[1]) >= STRAIGHT).then(|| (within(ends), ends))
+    })
+}
 
 /// Lack of fit of a line: its F, and the degrees of freedom of both variances.
 struct LackOfFit {
@@ -33,10 +96,12 @@ impl CellWork {
     ///
     /// # Arguments
     /// - `expanded_n_per_m`: U of the stiffness; `None` without repeats.
+    /// - `part`: the loads that lie on a line, where repeats refute that all do.
     pub(super) fn not_straight(
         &self,
         gauges: &GaugePair,
         expanded_n_per_m: Option<f64>,
+        part: impl FnOnce() -> Option<StraightPart>,
     ) -> Option<Flag> {
         let lack = self
             .lack_by_repeats(gauges)
@@ -56,13 +121,14 @@ impl CellWork {
             VISIBLE / slope.abs()
         };
         let [departure_m, range_m] = self.departure_and_range();
-        (apart(&halves) > least).then_some(Flag::NotStraight {
+        (apart(&halves) > least).then(|| Flag::NotStraight {
             f,
             dof,
             halves,
             by_repeats,
             departure_m,
             departure_share: departure_m / range_m,
+            part: by_repeats.then(part).flatten(),
         })
     }
 

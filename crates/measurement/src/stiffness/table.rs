@@ -14,6 +14,7 @@ use super::grouping::{LeftOut, group_by_cell};
 use super::line::{LineFit, NoStiffness};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
+use super::straightness::{StraightPart, straight_readings};
 use super::zeros::ZeroDrifts;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
@@ -156,7 +157,7 @@ pub fn stiffness_table_with_drifts(
 ) -> StiffnessTable {
     let (groups, mut left_out) = group_by_cell(readings);
     let mut skipped = Vec::new();
-    let mut works = Vec::new();
+    let (mut works, mut of_works) = (Vec::new(), Vec::new());
     for group in groups {
         if group.usable.is_empty() {
             let reason = SkipReason::NothingAccepted {
@@ -181,6 +182,7 @@ pub fn stiffness_table_with_drifts(
             });
         } else {
             works.push(work);
+            of_works.push(group.usable);
         }
     }
     let pooled_scatter = check(&mut works, gauges);
@@ -192,16 +194,16 @@ pub fn stiffness_table_with_drifts(
         run_slope,
         scatter: &scatter,
     });
+    let known = Known {
+        gauges,
+        drifts,
+        branches: options.branches,
+        pooled: pooled_scatter.as_ref(),
+        elsewhere: elsewhere.as_ref(),
+    };
+    let works = works.into_iter().zip(of_works);
     let cells = works
-        .into_iter()
-        .map(|work| {
-            finish(
-                work,
-                (gauges, drifts),
-                pooled_scatter.as_ref(),
-                elsewhere.as_ref(),
-            )
-        })
+        .map(|(work, readings)| finish(work, &readings, &known))
         .collect();
     StiffnessTable {
         branches: options.branches,
@@ -213,32 +215,57 @@ pub fn stiffness_table_with_drifts(
     }
 }
 
-fn finish(
-    mut work: CellWork,
-    (gauges, drifts): (&GaugePair, &ZeroDrifts),
-    pooled: Option<&PooledScatter>,
-    elsewhere: Option<&Elsewhere<'_>>,
-) -> CellStiffness {
-    let inputs = BudgetInputs {
-        curve: &work.curve,
-        line: work.line.as_ref().ok(),
-        gauges,
-        pooled,
-        back_to_zero: work.back_to_zero(pooled.is_some(), drifts),
-        force_drift_n: drifts
-            .get(&work.curve.cell)
-            .and_then(|change| change.force_n)
-            .unwrap_or_default(),
-    };
-    let paper = paper_stiffness(&work.curve, elsewhere).map(|bare| combine(&bare, &inputs));
-    let regression = work.line.as_ref().map_err(|reason| *reason);
-    let regression = regression
-        .and_then(|line| regression_stiffness(&work.curve, line, elsewhere))
-        .map(|bare| combine(&bare, &inputs));
+/// What is known besides the readings of a cell.
+struct Known<'a> {
+    gauges: &'a GaugePair,
+    drifts: &'a ZeroDrifts,
+    branches: Branches,
+    pooled: Option<&'a PooledScatter>,
+    elsewhere: Option<&'a Elsewhere<'a>>,
+}
+
+impl Known<'_> {
+    /// What the budget of a cell rests on.
+    fn inputs<'w>(&'w self, work: &'w CellWork) -> BudgetInputs<'w> {
+        let change = self.drifts.get(&work.curve.cell);
+        BudgetInputs {
+            curve: &work.curve,
+            line: work.line.as_ref().ok(),
+            gauges: self.gauges,
+            pooled: self.pooled,
+            back_to_zero: work.back_to_zero(self.pooled.is_some(), self.drifts),
+            force_drift_n: change.and_then(|change| change.force_n).unwrap_or_default(),
+        }
+    }
+
+    /// 1/slope with its budget.
+    fn regression(&self, work: &CellWork) -> Result<StiffnessEstimate, NoStiffness> {
+        let line = work.line.as_ref().map_err(|reason| *reason)?;
+        let bare = regression_stiffness(&work.curve, line, self.elsewhere)?;
+        Ok(combine(&bare, &self.inputs(work)))
+    }
+
+    /// The loads of a cell that lie on a line, though not all of them do.
+    fn straight_part(&self, readings: &[&Reading]) -> Option<StraightPart> {
+        let (inside, ends_n) = straight_readings(readings, self.branches, self.gauges)?;
+        let work = CellWork::new(inside.first()?.cell(), &inside, self.branches);
+        let found = self.regression(&work).ok()?;
+        Some(StraightPart {
+            ends_n,
+            stiffness: found.estimate,
+        })
+    }
+}
+
+fn finish(mut work: CellWork, readings: &[&Reading], known: &Known<'_>) -> CellStiffness {
+    let paper = paper_stiffness(&work.curve, known.elsewhere);
+    let paper = paper.map(|bare| combine(&bare, &known.inputs(&work)));
+    let regression = known.regression(&work);
     if let Ok(found) = &regression {
         let expanded_n_per_m = found.estimate.expanded_95();
-        work.flags
-            .extend(work.not_straight(gauges, expanded_n_per_m));
+        let part = || known.straight_part(readings);
+        let flag = work.not_straight(known.gauges, expanded_n_per_m, part);
+        work.flags.extend(flag);
     }
     CellStiffness {
         n_runs: work.curve.runs.len(),
