@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::mismatch::observed::{Observations, ObservedCell, ReadingNoise, about_means};
-use crate::search::largest;
+use crate::search::{Covariance, largest};
 use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -80,17 +80,25 @@ pub(crate) fn force_within_steps(
 /// Where a gauge stood, in the mean over the repeats of each load where nobody knows how the force scatters: its errors move the position at which a
 /// gauge is taken to stand, and a period of the gauge would explain them. As it is elsewhere, and where loads were not repeated.
 pub(crate) fn positions_of_repeats(observations: &Observations, positions_m: Vec<f64>) -> Vec<f64> {
-    let is_unknown = observations.steps.force_n.is_none() && observations.has_series();
-    let forces = observations.loads.iter().map(|load| load.force_n);
-    let off_n = about_steps(observations, forces.collect());
-    let is_repeated = largest(&off_n) < SAME_LOAD * observations.largest_load();
-    let steps: HashSet<usize> = steps(observations).into_iter().collect();
-    if !is_unknown || !is_repeated || 2 * steps.len() > observations.len() {
+    if !has_positions_of_repeats(observations) {
         return positions_m;
     }
     let off_m = about_steps(observations, positions_m.clone());
     let both = positions_m.iter().zip(off_m);
     both.map(|(position, off)| position - off).collect()
+}
+
+fn has_positions_of_repeats(observations: &Observations) -> bool {
+    let is_unknown = observations.steps.force_n.is_none() && observations.has_series();
+    let forces = observations.loads.iter().map(|load| load.force_n);
+    let off_n = about_steps(observations, forces.collect());
+    let is_repeated = largest(&off_n) < SAME_LOAD * observations.largest_load();
+    is_unknown && is_repeated && 2 * step_count(observations) <= observations.len()
+}
+
+fn step_count(observations: &Observations) -> usize {
+    let steps: HashSet<usize> = steps(observations).into_iter().collect();
+    steps.len()
 }
 
 /// Share of its length below which a column over the loads is one of their scatter (1): to what they were set to, order and time follow, and beside the
@@ -107,18 +115,24 @@ pub(crate) fn loads_off(observations: &Observations) -> f64 {
     })
 }
 
-/// The same of a period over positions that are means of repeats, m: where the loads of all steps are a whole number of periods apart, what is left of
-/// it is the error of these means. Multiplied by the turns of the period per metre it is the share.
-pub(crate) fn positions_off(observations: &Observations, positions_m: &[f64]) -> f64 {
-    let off_m = about_steps(observations, positions_m.to_vec());
-    let steps: HashSet<usize> = steps(observations).into_iter().collect();
-    let repeats = observations.len() as f64 / (steps.len() as f64).max(1.0);
-    let of_means_m = root_mean_square(off_m).unwrap_or(0.0) / repeats.sqrt();
+/// The same of a period over positions that are means of repeats, m: where the loads of all steps are a whole number of periods apart, what is left
+/// of it is the error of these means. Multiplied by the turns of the period per metre it is the share.
+///
+/// # Arguments
+/// - `covariance`: of the readings, whose own errors are those of the positions.
+pub(crate) fn positions_off(observations: &Observations, covariance: &Covariance) -> f64 {
+    if !has_positions_of_repeats(observations) {
+        return 0.0;
+    }
+    let repeats = observations.len() as f64 / step_count(observations) as f64;
+    let own_m = covariance.weights().iter().map(|weight| weight.recip());
+    let of_means_m = root_mean_square(own_m).unwrap_or(0.0) / repeats.sqrt();
     std::f64::consts::TAU * BY_SCATTER * of_means_m
 }
 
-/// Times by which a column exceeds what scatter alone makes of it (1). By judgement.
-const BY_SCATTER: f64 = 2.0;
+/// Times by which a column exceeds the length that scatter is expected to give it (1): that of a dozen loads does in one case of a hundred (chi
+/// squared).
+const BY_SCATTER: f64 = 1.5;
 
 /// Share of the largest load by which loads of one step may differ to be repeats (1). By judgement.
 const SAME_LOAD: f64 = 0.05;

@@ -159,8 +159,6 @@ pub(crate) struct Patterns<'a> {
     positions_m: Vec<f64>,
     /// Share of a profile that the scatter of the loads makes of it.
     loads_off: f64,
-    /// The same of a period, m.
-    positions_off_m: f64,
     all: Vec<Pattern>,
     places: GroupPlaces,
 }
@@ -228,14 +226,12 @@ impl<'a> Patterns<'a> {
         }));
         let read = observations.loads.iter().zip(&observations.displacement_m);
         let read = read.map(|(load, read)| load.position_m.unwrap_or(*read));
-        let read: Vec<f64> = read.collect();
         Self {
             observations,
             compliance,
             profiles: values,
             loads_off: loads_off(observations),
-            positions_off_m: positions_off(observations, &read),
-            positions_m: positions_of_repeats(observations, read),
+            positions_m: positions_of_repeats(observations, read.collect()),
             all,
             places,
         }
@@ -311,7 +307,9 @@ impl<'a> Patterns<'a> {
             PatternForm::Profile { .. } | PatternForm::Order(_) | PatternForm::Swing(_) => {
                 self.loads_off
             }
-            PatternForm::Period(period_m) => self.positions_off_m / period_m,
+            PatternForm::Period(period_m) => {
+                positions_off(self.observations, &space.covariance) / period_m
+            }
         };
         let (units, length) = space.orthonormal(white, ABSORBED_PATTERN)?;
         let own = space.covariance.own_length(&scratch.values_m[0], &range);

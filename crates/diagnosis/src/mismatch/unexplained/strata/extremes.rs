@@ -1,6 +1,6 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
-use crate::mismatch::noise::{Beside, EstimatedNoise, Tails, positions_of_repeats, positions_off};
+use crate::mismatch::noise::{Beside, EstimatedNoise, Tails, positions_off};
 use crate::search::constants::{COLUMN_LEFT, UNSEEN_READING};
 use crate::search::{dot, largest};
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
@@ -99,8 +99,7 @@ impl Decomposition<'_> {
     /// - `positions_m`: where the gauge stood, not what it showed: else the columns would move with the noise they are tested against.
     pub(super) fn periods(&self, positions_m: &[f64]) -> Vec<Period> {
         let range_m = largest(positions_m);
-        let off_m = positions_off(self.observations, positions_m);
-        let positions_m = &positions_of_repeats(self.observations, positions_m.to_vec());
+        let off_m = positions_off(self.observations, &self.whitening.covariance);
         NOMINAL_PERIODS_M
             .into_iter()
             .filter(|period| *period < LONGEST_PERIOD * range_m)
