@@ -8,7 +8,7 @@ use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
     NoiseSource, ResolvedModel, Subject, laws, noise_of, read_bytes, sha256, shown,
 };
-use crate::mismatch::{SearchOptions, Verdict};
+use crate::mismatch::{MismatchError, SearchOptions, Verdict};
 use crate::physics::Law;
 use crate::report::{
     Determination, DiagnosisDetail, DiagnosisSummary, FactorChangeReport, diagnosis_document,
@@ -17,7 +17,7 @@ use crate::report::{
 use crate::session::inside;
 
 use super::args::Global;
-use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
+use super::diagnose_args::{DiagnoseArgs, NoiseChoice, SearchArgs};
 use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::{write_figures, write_result, write_texts};
 use super::outcome::Outcome;
@@ -29,7 +29,6 @@ pub(super) const DIAGNOSIS_STEPS: &str = "diagnosis (read, search, judge, draw)"
 
 /// Finds what the model leaves out.
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
-    let without = laws(&args.without)?;
     if let Some(options) = args.specimen.options()? {
         if !args.parameters.is_default() || !args.model.is_default() {
             return ArgumentError::refuse(
@@ -38,13 +37,9 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
                 "leave them out",
             );
         }
-        let search = SearchOptions {
-            without,
-            seed: args.seed,
-            ..SearchOptions::default()
-        };
         let (name, bytes) = (shown(&args.data), read_bytes(&args.data)?);
-        let results = (&args.results()?, global);
+        let results = (&args.search.results(&args.data)?, global);
+        let search = args.search.options()?;
         return part::diagnosed((&name, &bytes), (&options, &[]), &search, results);
     }
     let settings = args.reading.open_settings(global)?;
@@ -63,6 +58,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     let mut prepared = DiagnosisData::new(&data, &args.model.choice()?)
         .map_err(|error| Failure::from(error).with_warnings(&data.warnings()))?;
     let warnings = prepared.warnings.clone();
+    let without = laws(&args.search.without)?;
     let noise = noise(args, &without, global)?;
     diagnosed(args, &mut prepared, (noise, without), global)
         .map_err(|failure| failure.with_warnings(&warnings))
@@ -79,7 +75,7 @@ fn diagnosed(
     let options = DiagnoseSettings {
         parameters: Some(args.parameters.choice_beside(&data.model, usual)?),
         noise,
-        seed: args.seed,
+        seed: args.search.seed,
         without,
         keep_outliers: args.keep_outliers,
         rules: args.rules.rules(),
@@ -87,8 +83,9 @@ fn diagnosed(
     let report = data.diagnose(options, &|| bar.inc(1))?;
     let model = &data.model;
     let model = |folder: &Path| model_file(&report, model, folder);
+    let last = args.further.last().unwrap_or(&args.data);
     let outcome = report_of(
-        &args.results()?,
+        &args.search.results(last)?,
         &report,
         (&data.inputs, &data.warnings),
         model,
@@ -229,7 +226,7 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
             &model,
             &args.parameters.choice(&model)?,
             without,
-            args.seed,
+            args.search.seed,
         )?);
         bar.inc(1);
     }
@@ -247,15 +244,23 @@ pub(super) struct ResultFolder {
     pub(super) with_figures: bool,
 }
 
-impl DiagnoseArgs {
-    /// Where the results go: where the user says, else into the session folder, the last of several.
-    fn results(&self) -> Result<ResultFolder, CliError> {
-        let last = self.further.last().unwrap_or(&self.data);
+impl SearchArgs {
+    /// How to search.
+    pub(super) fn options(&self) -> Result<SearchOptions, MismatchError> {
+        Ok(SearchOptions {
+            without: laws(&self.without)?,
+            seed: self.seed,
+            ..SearchOptions::default()
+        })
+    }
+
+    /// Where the results go: where the user says, else into the folder of the session.
+    pub(super) fn results(&self, data: &Path) -> Result<ResultFolder, CliError> {
         let folder = match &self.out {
             Some(folder) => Some(folder.clone()),
-            None if last.is_dir() => {
-                let folder = inside(last, "diagnosis");
-                Some(folder.map_err(CliError::write(&last.join("diagnosis")))?)
+            None if data.is_dir() => {
+                let folder = inside(data, "diagnosis");
+                Some(folder.map_err(CliError::write(&data.join("diagnosis")))?)
             }
             None => None,
         };

@@ -27,27 +27,18 @@ pub(super) struct DiagnoseArgs {
     /// Which parameters of the model are free beside every candidate.
     #[command(flatten)]
     pub(super) parameters: ParameterArgs,
-    /// Laws to exclude from the search, comma-separated
-    #[arg(long, value_delimiter = ',', value_name = "LAW")]
-    pub(super) without: Vec<String>,
+    /// How it is searched, and what is written.
+    #[command(flatten)]
+    pub(super) search: SearchArgs,
     /// Keep readings that contradict their repeats; they are still listed
     #[arg(long)]
     pub(super) keep_outliers: bool,
-    /// Seed of the noise simulations that set the critical values
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
     /// Source of the scatter of single readings
     #[arg(long, value_enum, default_value_t = NoiseChoice::Estimated)]
     pub(super) noise: NoiseChoice,
     /// Earlier session on the same bench (folder or readings file), used to estimate the noise; repeatable
     #[arg(long, value_name = "SESSION", conflicts_with = "specimen")]
     pub(super) earlier: Vec<PathBuf>,
-    /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
-    #[arg(long, value_name = "FOLDER")]
-    pub(super) out: Option<PathBuf>,
-    /// Write no figures
-    #[arg(long)]
-    pub(super) no_figures: bool,
     /// How the data are read.
     #[command(flatten)]
     pub(super) reading: DataArgs,
@@ -57,6 +48,23 @@ pub(super) struct DiagnoseArgs {
     /// Tables without a robot.
     #[command(flatten)]
     pub(super) specimen: SpecimenArgs,
+}
+
+/// What every diagnosis takes, of a robot or a part.
+#[derive(Debug, Args)]
+pub(super) struct SearchArgs {
+    /// Laws to exclude from the search, comma-separated
+    #[arg(long, value_delimiter = ',', value_name = "LAW")]
+    pub(super) without: Vec<String>,
+    /// Seed of the noise simulations that set the critical values
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// Write no figures
+    #[arg(long)]
+    pub(super) no_figures: bool,
 }
 
 /// Source of the scatter of single readings.

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::analysis::{Inputs, PartModelFile, diagnose_part, laws, read_bytes, sha256, shown};
+use crate::analysis::{Inputs, PartModelFile, diagnose_part, read_bytes, sha256, shown};
 use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
 use super::args::Global;
 use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, report_of};
+use super::diagnose_args::SearchArgs;
 use super::failure::Failure;
 use super::outcome::Outcome;
 use super::predict::{self, PredictArgs};
@@ -48,18 +49,9 @@ struct PartDiagnoseArgs {
     /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one [default: those that their names tell]
     #[arg(long, value_name = "WHAT=COLUMN")]
     map: Vec<String>,
-    /// Laws to exclude from the search, comma-separated
-    #[arg(long, value_delimiter = ',', value_name = "LAW")]
-    without: Vec<String>,
-    /// Seed of the noise simulations that set the critical values
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Folder for the results [default: nothing is written]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-    /// Write no figures
-    #[arg(long)]
-    no_figures: bool,
+    /// How it is searched, and what is written.
+    #[command(flatten)]
+    search: SearchArgs,
     /// Units and form.
     #[command(flatten)]
     table: PartTableArgs,
@@ -73,16 +65,8 @@ pub(super) fn run(args: &PartArgs, global: &Global) -> Result<Outcome, Failure> 
             let bytes = read_bytes(&args.data)?;
             let (name, map) = (shown(&args.data), &args.map);
             let (options, note) = args.table.with_columns(map, (&name, &bytes))?;
-            let search = SearchOptions {
-                without: laws(&args.without)?,
-                seed: args.seed,
-                ..SearchOptions::default()
-            };
-            let results = ResultFolder {
-                folder: args.out.clone(),
-                is_named: args.out.is_some(),
-                with_figures: !args.no_figures,
-            };
+            let search = args.search.options()?;
+            let results = args.search.results(&args.data)?;
             let notes: Vec<String> = note.into_iter().collect();
             diagnosed(
                 (&name, &bytes),
