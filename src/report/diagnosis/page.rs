@@ -427,15 +427,14 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
             }
             (Some(rival), _) => {
                 let own = phrase_of(best);
-                let mut other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
-                let mut with = own.clone();
-                if own == other {
-                    other = format!(
-                        "the same by another equation, {}",
-                        rival.effect.law.equation
-                    );
-                    with = best.effect.law.equation.to_owned();
-                }
+                let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
+                let equation = |law: Law| format!("the equation {}", law.equation);
+                let (other, with) = if own == other {
+                    let of_rival = equation(rival.effect.law);
+                    (format!("the same by {of_rival}"), equation(best.effect.law))
+                } else {
+                    (other, own.clone())
+                };
                 let subject = match answer {
                     DiagnosisAnswer::Single(_) => format!("Instead of {own}"),
                     DiagnosisAnswer::OneOf(_) => "Besides those above".to_owned(),

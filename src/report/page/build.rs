@@ -83,6 +83,10 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         .collect();
     let names: Vec<&str> = source.parts.iter().map(|part| part.name.as_str()).collect();
     let title = format!("Stiffness of {}", names.join(" and "));
+    let cells = match &source.parts[..] {
+        [session] => &session.results[..],
+        _ => &[],
+    };
     ReportPage {
         schema: SCHEMA,
         title: settings.details.title.clone().unwrap_or(title),
@@ -105,7 +109,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         left_out: Vec::new(),
         figures: PageFigures {
             readings: (!named.is_empty())
-                .then(|| readings_figure(&named))
+                .then(|| readings_figure(&named, cells))
                 .into_iter()
                 .collect(),
             ..PageFigures::default()

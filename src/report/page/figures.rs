@@ -39,25 +39,23 @@ fn is_tall(svg: &str) -> bool {
     side("height") > side("width")
 }
 
-/// Load against displacement; with the stiffness of each cell in its panel where the session is one.
-pub(super) fn readings_figure(sessions: &[(&str, &StiffnessTable)]) -> PageFigure {
+/// Load against displacement; with the stiffness of each cell in its panel.
+///
+/// # Arguments
+/// - `cells`: the results of the session; none of several sessions, which share their panels.
+pub(super) fn readings_figure(
+    sessions: &[(&str, &StiffnessTable)],
+    cells: &[PageCell],
+) -> PageFigure {
     let mut figure = load_displacement_figure(sessions);
-    if let [(_, table)] = sessions {
-        for panel in &mut figure.panels {
-            let cell = table.cells.iter().find(|row| {
-                let cell = &row.cell;
-                let title = format!("{}, {}", cell.pose, cell.direction);
-                panel.title == title
-            });
-            if let Some(row) = cell {
-                panel.title = format!(
-                    "{} {}: {}",
-                    row.cell.pose,
-                    row.cell.direction,
-                    PageCell::from(row).words()
-                );
-            }
+    for cell in cells {
+        let title = format!("{}, {}", cell.pose, cell.direction);
+        let panel = figure.panels.iter_mut().find(|panel| panel.title == title);
+        if let Some(panel) = panel {
+            panel.title = format!("{} {}: {}", cell.pose, cell.direction, cell.words());
         }
+    }
+    if !cells.is_empty() {
         figure
             .caption
             .push_str(" Above each panel: K ± U for 95 %.");

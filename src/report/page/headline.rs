@@ -68,9 +68,13 @@ impl ReportPage {
         let validation = fit.and_then(validation);
         add(
             None,
-            validation.map(|sentence| match is_found {
-                true => format!("{sentence} It does not contain what was found."),
-                false => sentence,
+            validation.map(|sentence| {
+                let lacks = if is_found {
+                    " It does not contain what was found."
+                } else {
+                    ""
+                };
+                sentence + lacks
             }),
         );
         let next = self.next();
