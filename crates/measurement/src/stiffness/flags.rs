@@ -2,9 +2,8 @@
 
 use thiserror::Error;
 
-use super::rounding::{RoundedValue, format_value_uncertainty};
 use super::significance::TestStatistic;
-use super::straightness::StraightPart;
+use super::straight_part::StraightPart;
 use stiffbench_units_and_text::count::counted;
 
 /// An outlier as many times as far off as its limit puts the stiffness in doubt: it moves the slope of five runs of eight readings by 1.2 standard
@@ -161,7 +160,7 @@ pub enum Flag {
     #[error(
         "the loads do not lie on a straight line: K is {} and {} (lack of fit against the {}, F({:.0}, {:.0}) = {f:.1}, p < 0.01; the largest departure is {:.1} µm, {:.1} % of the range). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N){}",
         half(&.halves[0]), half(&.halves[1]), if *.by_repeats { "repeats" } else { "scatter of neighbours" }, .dof[0], .dof[1],
-        1e6 * .departure_m, 100.0 * .departure_share, part_words(.part.as_ref())
+        1e6 * .departure_m, 100.0 * .departure_share, .part.map_or_else(String::new, |part| format!(". {part}"))
     )]
     NotStraight {
         /// Lack of fit: F of the step means about the line against step times run.
@@ -260,23 +259,6 @@ fn percent(share: f64) -> String {
 /// The stiffness of a half of the loads.
 fn half(([from, to], stiffness_n_per_m): &([f64; 2], f64)) -> String {
     format!("{:.4} N/µm from {from} to {to} N", stiffness_n_per_m / 1e6)
-}
-
-/// What is known of loads that do lie on a line.
-fn part_words(part: Option<&StraightPart>) -> String {
-    let Some(StraightPart { ends_n, stiffness }) = part else {
-        return String::new();
-    };
-    let expanded = stiffness.expanded_95();
-    let rounded = expanded.and_then(|u| format_value_uncertainty(stiffness.value / 1e6, u / 1e6));
-    let k = match rounded {
-        Some(RoundedValue { value, uncertainty }) => format!("({value} ± {uncertainty}) N/µm"),
-        None => format!("{:.4} N/µm", stiffness.value / 1e6),
-    };
-    let [from, to] = ends_n;
-    format!(
-        ". The loads from {from} to {to} N do lie on one, a range chosen after the curve was seen: K = {k} there"
-    )
 }
 
 /// The words that close every tested flag: rule, threshold, power.

@@ -35,6 +35,7 @@ mod scatter;
 mod significance;
 #[cfg(test)]
 mod simulation_tests;
+mod straight_part;
 mod straightness;
 mod table;
 mod zeros;
@@ -61,7 +62,7 @@ pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
 pub use significance::TestStatistic;
-pub use straightness::StraightPart;
+pub use straight_part::StraightPart;
 pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
     stiffness_table_with_drifts,

@@ -11,7 +11,7 @@ use super::curve::{Branches, LoadMean};
 use super::estimate::ScatterBasis;
 use super::flags::Flag;
 use super::line::{LineFit, NoStiffness};
-use super::straightness::StraightPart;
+use super::straight_part::StraightPart;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::reported::Reported;
 use stiffbench_numeric::statistics::Estimate;

@@ -6,8 +6,9 @@ use super::flags::Flag;
 use super::gauges::GaugePair;
 use super::line::StraightLine;
 use super::outliers::{ROUNDING, step_variance_m2};
+use super::straight_part::StraightPart;
 use crate::readings::Reading;
-use stiffbench_numeric::statistics::{Estimate, f_upper_tail};
+use stiffbench_numeric::statistics::f_upper_tail;
 
 /// Repeats refute a line that they would miss as far with less than this chance.
 const LEVEL: f64 = 0.01;
@@ -26,15 +27,6 @@ const STRAIGHT: f64 = 0.1;
 const FEWEST_STRAIGHT: usize = 4;
 /// See [`FEWEST_STRAIGHT`].
 const LEAST_SHARE: f64 = 0.3;
-
-/// Loads that lie on a line where all of them do not: a seated part behind a toe or a preload, or what comes before a yield.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StraightPart {
-    /// The first and the last of the loads, N.
-    pub ends_n: [f64; 2],
-    /// Stiffness there, N/m, with the uncertainty that these loads give it.
-    pub stiffness: Estimate,
-}
 
 /// The readings of the longest part of the loads, from the largest or from the smallest on, that the repeats do not refute to be straight, and the
 /// ends of its loads, N; the load at which it would be refuted has a neighbour that is left out too. `None` of loads of both signs or branches.

@@ -14,7 +14,8 @@ use super::grouping::{LeftOut, group_by_cell};
 use super::line::{LineFit, NoStiffness};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
-use super::straightness::{StraightPart, straight_readings};
+use super::straight_part::StraightPart;
+use super::straightness::straight_readings;
 use super::zeros::ZeroDrifts;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
@@ -194,7 +195,7 @@ pub fn stiffness_table_with_drifts(
         run_slope,
         scatter: &scatter,
     });
-    let known = Known {
+    let known = BudgetContext {
         gauges,
         drifts,
         branches: options.branches,
@@ -216,7 +217,7 @@ pub fn stiffness_table_with_drifts(
 }
 
 /// What is known besides the readings of a cell.
-struct Known<'a> {
+struct BudgetContext<'a> {
     gauges: &'a GaugePair,
     drifts: &'a ZeroDrifts,
     branches: Branches,
@@ -224,7 +225,7 @@ struct Known<'a> {
     elsewhere: Option<&'a Elsewhere<'a>>,
 }
 
-impl Known<'_> {
+impl BudgetContext<'_> {
     /// What the budget of a cell rests on.
     fn inputs<'w>(&'w self, work: &'w CellWork) -> BudgetInputs<'w> {
         let change = self.drifts.get(&work.curve.cell);
@@ -257,7 +258,7 @@ impl Known<'_> {
     }
 }
 
-fn finish(mut work: CellWork, readings: &[&Reading], known: &Known<'_>) -> CellStiffness {
+fn finish(mut work: CellWork, readings: &[&Reading], known: &BudgetContext<'_>) -> CellStiffness {
     let paper = paper_stiffness(&work.curve, known.elsewhere);
     let paper = paper.map(|bare| combine(&bare, &known.inputs(&work)));
     let regression = known.regression(&work);
