@@ -432,8 +432,14 @@ fn opened_answers_are_those_of_the_open_list() {
     }
     let both = sets.development.len() + sets.proof.len();
     assert_eq!(all.iter().count(), both);
-    for (name, _) in sets.chosen(None) {
-        assert!(data().join("concealed/sessions").join(&name).is_dir());
+    let archive = fs::File::open(data().join("concealed/proof-sessions.zip")).unwrap();
+    let mut packed = zip::ZipArchive::new(archive).unwrap();
+    for (name, set) in sets.chosen(None) {
+        let folder = data().join("concealed/sessions").join(&name);
+        let readings = format!("sessions/{name}/readings.csv");
+        let is_open = set == Set::Development;
+        assert_eq!(folder.is_dir(), is_open, "{name}");
+        assert_eq!(packed.by_name(&readings).is_err(), is_open, "{name}");
     }
 }
 

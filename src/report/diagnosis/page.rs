@@ -563,10 +563,10 @@ mod tests {
         assert_snapshot!(headline(&report), @"The straight line leaves out a nonlinear force gauge, a part that grows stiffer under load or a part whose response grows more slowly than its load; these readings do not decide which.");
         assert_snapshot!(next(&report, DiagnosisDetail::Report).text(), @r"
         WHAT TO MEASURE NEXT
-        - The same part, the same plan again. About 45 min by hand; this should distinguish
-          joint-nonlinearity at the part from odd-polynomial at the part (expected log likelihood ratio
-          20.1) and force-gauge-nonlinearity at the force gauge from odd-polynomial at the part (expected
-          log likelihood ratio 22.3).
+        - The same part, the same plan again. About 45 min by hand; this should distinguish a part that
+          grows stiffer under load from a part whose response grows more slowly than its load (expected log
+          likelihood ratio 20.1) and a nonlinear force gauge from a part whose response grows more slowly
+          than its load (expected log likelihood ratio 22.3).
         ");
     }
 }
