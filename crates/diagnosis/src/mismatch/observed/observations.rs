@@ -209,6 +209,9 @@ pub struct Recorded {
     pub temperature: bool,
 }
 
+/// Share of the largest load of a cell below which one the other way is none (1). By judgement.
+const NO_LOAD: f64 = 0.05;
+
 impl Observations {
     /// Lays out the accepted readings of a table.
     #[must_use]
@@ -332,6 +335,14 @@ impl Observations {
     pub(crate) fn largest_load(&self) -> f64 {
         let sizes = self.loads.iter().map(|load| load.force_n.abs());
         sizes.fold(0.0, f64::max)
+    }
+
+    /// Whether some readings are loaded both ways: beyond what is left on, or read, where no load should be.
+    pub(crate) fn is_loaded_both_ways(&self, readings: Range<usize>) -> bool {
+        let forces = self.loads[readings].iter().map(|load| load.force_n);
+        let ends = forces.fold([0.0_f64; 2], |[least, most], n| [least.min(n), most.max(n)]);
+        let smaller = ends[1].min(-ends[0]);
+        smaller > NO_LOAD * ends[1].max(-ends[0])
     }
 
     /// Whether any run has several loads, of which zero and slope of the run can be told apart.

@@ -1,6 +1,6 @@
 //! Where the displacement gauge stands without load, if that is not its zero.
 
-use stiffbench_numeric::statistics::median;
+use stiffbench_numeric::statistics::{LeastSquaresLine, median};
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::observations::Observations;
@@ -57,9 +57,12 @@ impl Observations {
         Some(largest)
     }
 
-    /// The readings of a cell with which runs begin without load, m, one for each zero of the gauge.
+    /// The readings of a cell with which runs begin without load, m, one for each zero of the gauge; without what the force does that was left on.
     fn first_unloaded(&self, cell: usize) -> Vec<f64> {
         let mut zeros = Vec::new();
+        let readings = self.cells[cell].readings.clone();
+        let points = readings.map(|place| (self.loads[place].force_n, self.displacement_m[place]));
+        let m_per_n = LeastSquaresLine::through(points).map_or(0.0, |line| line.slope);
         let runs = &self.runs[self.cells[cell].runs.clone()];
         let first = runs.iter().map(|run| run.readings.start);
         let unloaded = first.filter(|&place| {
@@ -68,6 +71,10 @@ impl Observations {
             zeros.push(reading.zero);
             is_new && reading.branch == Branch::Loading && self.loads[place].is_unloaded
         });
-        unloaded.map(|place| self.displacement_m[place]).collect()
+        let without_force = |place: usize| {
+            let left_n = self.loads[place].force_n;
+            self.displacement_m[place] - m_per_n * left_n
+        };
+        unloaded.map(without_force).collect()
     }
 }

@@ -72,9 +72,7 @@ impl Details {
         }
         let mut both_ways = vec![false; loads.len()];
         for cell in &observations.cells {
-            let of_cell = &loads[cell.readings.clone()];
-            let both = of_cell.iter().any(|load| load.force_n > 0.0)
-                && of_cell.iter().any(|load| load.force_n < 0.0);
+            let both = observations.is_loaded_both_ways(cell.readings.clone());
             both_ways[cell.readings.clone()].fill(both);
         }
         Self {

@@ -47,10 +47,8 @@ impl<'a> Decomposition<'a> {
         let observations = setting.observations;
         let whitening = setting.whitening;
         let cells = observations.cells.len();
-        let mixed = observations.runs.iter().any(|run| {
-            let loads = || observations.loads[run.readings.clone()].iter();
-            loads().any(|load| load.force_n > 0.0) && loads().any(|load| load.force_n < 0.0)
-        });
+        let mut runs = observations.runs.iter();
+        let mixed = runs.any(|run| observations.is_loaded_both_ways(run.readings.clone()));
         let bases = bases(observations, whitening, mixed);
         let sets = sets(setting);
         let fit = |basis: usize, stage: usize, columns: &[&[usize]]| {
