@@ -28,8 +28,11 @@ const FEWEST_STRAIGHT: usize = 4;
 /// See [`FEWEST_STRAIGHT`].
 const LEAST_SHARE: f64 = 0.3;
 
+/// Most lengths of a part that are tried. It bounds the work of recordings in which each force is a load of its own.
+const MOST_LENGTHS: usize = 24;
+
 /// The readings of the longest part of the loads, from the largest or from the smallest on, that the repeats do not refute to be straight, and the
-/// ends of its loads, N; the load at which it would be refuted has a neighbour that is left out too. `None` of loads of both signs or branches.
+/// ends of its loads, N; a further step of loads is left out where it would be refuted. `None` of loads of both signs or branches.
 pub(super) fn straight_readings<'a>(
     readings: &[&'a Reading],
     branches: Branches,
@@ -58,14 +61,16 @@ pub(super) fn straight_readings<'a>(
         let LackOfFit { f, dof, .. } = work.lack_by_repeats(gauges)?;
         f_upper_tail(f, dof[0], dof[1])
     };
-    // One load more is left out than the test asks for.
-    (fewest + 1..count).rev().find_map(|length| {
+    let step = count.div_ceil(MOST_LENGTHS);
+    // One step more is left out than the test asks for.
+    let mut lengths = (fewest + step..count).rev().step_by(step);
+    lengths.find_map(|length| {
         let parts = [[count - length, count - 1], [0, length - 1]];
         let chances = parts.map(|[first, last]| chance(first, last).unwrap_or(0.0));
         let [[first, last], shorter] = if chances[0] >= chances[1] {
-            [parts[0], [1, 0]]
+            [parts[0], [step, 0]]
         } else {
-            [parts[1], [0, 1]]
+            [parts[1], [0, step]]
         };
         let ends = [targets[first + shorter[0]], targets[last - shorter[1]]];
         (chances[0].max(chances[1]) >= STRAIGHT).then(|| (within(ends), ends))
