@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use stiffbench_gauges::{Channel, LinkState, Rejected, Sample};
 
 use super::digits::{FewDigits, LastDigits};
+use super::flicker::Flicker;
 use super::link_text::link_text;
 
 /// Values kept for a window, at most: 20 s at the 250 a second that the fastest gauges stream.
@@ -38,15 +39,6 @@ const TYPICAL: f64 = 6.0;
 /// And further than this many steps of the last digit: a gauge without noise flickers by one.
 const TYPICAL_DIGITS: f64 = 3.0;
 
-/// Steps of the last digit over which a display flickers in every rest, from which noise is at least half a digit: below it the share of values
-/// that differ depends on where between two digits the value lies.
-const CLEAR_FLICKER_DIGITS: f64 = 1.5;
-
-/// Values of a rest from which its flicker is learnt, and rests before that is believed: fewer where noise is clear.
-const LEAST_OF_A_REST: usize = 5;
-const LEAST_RESTS: u32 = 3;
-const CLEAR_RESTS: u32 = 2;
-
 /// Summary of a window of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
@@ -72,10 +64,7 @@ pub(super) struct GaugeStream {
     digits: LastDigits,
     /// When its text changed since the last certain moment, s.
     changes: VecDeque<f64>,
-    /// The smallest share of values at rest whose text differed from the one before, and how many rests that is from.
-    flicker: (f64, u32),
-    /// The smallest range of a rest, steps of the last digit.
-    flicker_digits: f64,
+    flicker: Flicker,
     /// Why nothing of this gauge may be used.
     pub(super) blocked: Option<String>,
     /// Why something of it was last refused, and when, s.
@@ -105,8 +94,7 @@ impl GaugeStream {
             last: None,
             digits: LastDigits::default(),
             changes: VecDeque::new(),
-            flicker: (1.0, 0),
-            flicker_digits: f64::INFINITY,
+            flicker: Flicker::default(),
             blocked: None,
             refused: None,
             rejects: false,
@@ -311,37 +299,15 @@ impl GaugeStream {
     /// Learns how a display that stands still flickers, from a rest that began at `from_s`.
     pub(super) fn learn_flicker(&mut self, from_s: f64) {
         let (values, changes) = self.changed(from_s);
-        if values >= LEAST_OF_A_REST {
-            let (least, rests) = self.flicker;
-            let (values, changes) = (values as f64, changes as f64);
-            // That all of a few values differ does not mean that all of many will (rule of succession).
-            let share = (changes / values).min((changes + 1.0) / (values + 2.0));
-            self.flicker = (least.min(share), rests + 1);
-            let digit = self.last.as_ref().map_or(0.0, |last| last.resolution_si);
-            let digits = self.range(from_s, f64::INFINITY) / digit;
-            self.flicker_digits = self.flicker_digits.min(digits);
-        }
+        let digit = self.last.as_ref().map_or(0.0, |last| last.resolution_si);
+        let digits = self.range(from_s, f64::INFINITY) / digit;
+        self.flicker.learn(values, changes, digits);
     }
 
-    /// How likely it is that a display that flickers as this one does changes its text so seldom since `from_s`, or not at all; 1 where that is
-    /// not known. A display in peak mode goes on from peak to peak.
+    /// How likely it is that a display that flickers as this one does changes its text so seldom since `from_s`, or not at all.
     pub(super) fn chance_of_stillness(&self, from_s: f64) -> f64 {
         let (values, changes) = self.changed(from_s);
-        let (least, rests) = self.flicker;
-        let is_clear = self.flicker_digits > CLEAR_FLICKER_DIGITS;
-        let needed = if is_clear { CLEAR_RESTS } else { LEAST_RESTS };
-        if rests < needed || (changes > 0 && !is_clear) {
-            return 1.0;
-        }
-        // The lower tail of the binomial distribution.
-        let share = least.min(1.0 - f64::EPSILON);
-        let mut term = (1.0 - share).powi(values as i32);
-        let mut chance = term;
-        for k in 0..changes {
-            term *= (values as f64 - k as f64) / (k as f64 + 1.0) * share / (1.0 - share);
-            chance += term;
-        }
-        chance.min(1.0)
+        self.flicker.chance(values, changes)
     }
 
     /// Since when it has shown its last value, give or take `band`.

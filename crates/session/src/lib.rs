@@ -6,6 +6,7 @@ mod contradiction;
 mod decision;
 mod digits;
 mod event;
+mod flicker;
 mod folder;
 mod gauge_stream;
 mod inside;
