@@ -81,23 +81,25 @@ impl Flicker {
         (share - DEVIATIONS * deviation).max(0.0)
     }
 
-    /// How likely it is that so few of so many values at rest differ from the one before; 1 where that is not known. A display in peak mode goes
-    /// on from peak to peak, one that is held or repeated shows no change at all.
-    pub(super) fn chance(&self, values: usize, changes: usize) -> f64 {
+    /// How likely it is that so few of so many values at rest differ from the one before, or none of the last `still`; 1 where that is not known.
+    /// A display in peak mode goes on from peak to peak, one that is held or repeated shows no change from then on.
+    pub(super) fn chance(&self, values: usize, changes: usize, still: usize) -> f64 {
         let is_clear = self.is_clear();
         let needed = if is_clear { CLEAR_RESTS } else { LEAST_RESTS };
         if self.rests < needed || (changes > 0 && !is_clear) {
             return 1.0;
         }
-        // The lower tail of the binomial distribution.
         let share = self.share().min(1.0 - f64::EPSILON);
+        let chance_of_still = (1.0 - share).powi(still as i32);
+        // The lower tail of the binomial distribution.
         let mut term = (1.0 - share).powi(values as i32);
-        let mut chance = term;
+        let mut chance_of_few = term;
         for k in 0..changes {
             term *= (values as f64 - k as f64) / (k as f64 + 1.0) * share / (1.0 - share);
-            chance += term;
+            chance_of_few += term;
         }
-        chance.min(1.0)
+        // The smaller of two chances (Bonferroni).
+        (2.0 * chance_of_few.min(chance_of_still)).min(1.0)
     }
 }
 
@@ -117,11 +119,11 @@ mod tests {
             flicker.learn(20, changes, 3.0);
         }
         // 41 of 80: a share of 0.51, and 20 values without a change are none of it.
-        assert!(flicker.chance(20, 0) < 1e-4);
-        assert!(flicker.chance(20, 10) > 0.4);
+        assert!(flicker.chance(20, 0, 20) < 1e-4);
+        assert!(flicker.chance(20, 10, 2) > 0.2);
         // Nor does one rest in which it ranged over one digit only.
         flicker.learn(20, 9, 1.0);
-        assert!(flicker.chance(20, 1) < 1e-3);
+        assert!(flicker.chance(20, 2, 18) < 1e-3);
     }
 
     #[test]
@@ -130,8 +132,8 @@ mod tests {
         for changes in [12, 5, 11, 13] {
             flicker.learn(20, changes, 1.0);
         }
-        assert!(flicker.chance(20, 0) > 1e-3);
-        assert_eq!(flicker.chance(20, 1), 1.0);
+        assert!(flicker.chance(20, 0, 20) > 1e-3);
+        assert_eq!(flicker.chance(20, 1, 19), 1.0);
     }
 
     #[test]
@@ -140,15 +142,15 @@ mod tests {
         for changes in [19, 2, 18, 3, 17, 2] {
             flicker.learn(20, changes, 3.0);
         }
-        assert!(flicker.chance(20, 0) > 0.9);
+        assert!(flicker.chance(20, 0, 20) > 0.9);
     }
 
     #[test]
     fn nothing_is_known_from_one_rest_or_from_few_values() {
         let mut flicker = Flicker::default();
         flicker.learn(40, 30, 4.0);
-        assert_eq!(flicker.chance(40, 0), 1.0);
+        assert_eq!(flicker.chance(40, 0, 40), 1.0);
         flicker.learn(4, 4, 4.0);
-        assert_eq!(flicker.chance(40, 0), 1.0);
+        assert_eq!(flicker.chance(40, 0, 40), 1.0);
     }
 }

@@ -304,10 +304,12 @@ impl GaugeStream {
         self.flicker.learn(values, changes, digits);
     }
 
-    /// How likely it is that a display that flickers as this one does changes its text so seldom since `from_s`, or not at all.
+    /// How likely it is that a display that flickers as this one does changes its text so seldom since `from_s`, or no more.
     pub(super) fn chance_of_stillness(&self, from_s: f64) -> f64 {
         let (values, changes) = self.changed(from_s);
-        self.flicker.chance(values, changes)
+        let changed_s = self.changes.back().map_or(from_s, |at_s| at_s.max(from_s));
+        let still = self.between(changed_s, f64::INFINITY).skip(1).count();
+        self.flicker.chance(values, changes, still)
     }
 
     /// Since when it has shown its last value, give or take `band`.
