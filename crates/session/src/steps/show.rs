@@ -211,8 +211,11 @@ impl Machine {
             .load
             .as_ref()
             .filter(|load| load.is_unsteady() && self.job.is_some());
-        let unsteady = unsteady.map(|_| {
-            "the force goes in and out of its band: load not steady, or a gauge whose digits jump".to_owned()
+        let unsteady = unsteady.map(|load| {
+            format!(
+                "the force goes in and out of its band of {} +- {} N: set it nearer to {} N; load not steady, or a gauge whose digits jump?",
+                load.target_n, load.tolerance_n, load.target_n
+            )
         });
         paused.chain(blocked).chain(stale).chain(unsteady).collect()
     }
