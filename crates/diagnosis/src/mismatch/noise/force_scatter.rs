@@ -7,7 +7,8 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::mismatch::observed::{Observations, ObservedCell, ReadingNoise, about_means};
-use crate::search::{Covariance, largest};
+use crate::search::constants::LEAST_INDEPENDENT;
+use crate::search::{Covariance, largest, push_orthonormal, take_out};
 use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -17,37 +18,58 @@ const CLEAR: f64 = 4.0;
 /// See [`CLEAR`].
 const LEAST_SHARE: f64 = 0.2;
 
+/// Readings of a run of which the zero and the slope are known apart from the rest. By judgement.
+const LEAST_OF_A_LINE: usize = 4;
+
 /// Standard deviation of the error of the force gauge, N; `None` where the displacement follows the force within steps, as far as these show.
+///
+/// ```text
+///   share = 1 - sum of (slope x force within step) (displacement within step) / sum of (slope x force within step)^2
+/// ```
+///
+/// Both without the zero and the slope of their run, which scatter too, where it has readings enough.
 pub(super) fn force_scatter(observations: &Observations) -> Option<f64> {
-    let (mut followed, mut whole, mut error) = (0.0, 0.0, 0.0);
+    let mut runs: BTreeMap<usize, Vec<OffStep>> = BTreeMap::new();
     let (mut squares_n, mut dof) = (0.0, 0.0);
     for cell in &observations.cells {
-        let mut branches: BTreeMap<bool, BTreeMap<u32, Vec<(f64, f64)>>> = BTreeMap::new();
+        let mut branches: BTreeMap<bool, BTreeMap<u32, Vec<usize>>> = BTreeMap::new();
         for reading in cell.readings.clone() {
-            let load = observations.loads[reading];
-            let unloads = observations.readings[reading].branch == Branch::Unloading;
-            let steps = branches.entry(unloads).or_default();
-            let point = (load.force_n, observations.displacement_m[reading]);
-            steps.entry(load.step).or_default().push(point);
+            let steps = branches.entry(unloads(observations, reading)).or_default();
+            let step = steps.entry(observations.loads[reading].step).or_default();
+            step.push(reading);
         }
         for steps in branches.values() {
-            let steps: Vec<&[(f64, f64)]> = steps.values().map(Vec::as_slice).collect();
+            let steps: Vec<&[usize]> = steps.values().map(Vec::as_slice).collect();
             for three in steps.windows(3) {
-                let [before, step, after] = [three[0], three[1], three[2]].map(mean);
+                let means = [three[0], three[1], three[2]].map(|step| mean(observations, step));
+                let [before, step, after] = means;
                 let slope = (after.1 - before.1) / (after.0 - before.0);
                 if three[1].len() < 2 || !slope.is_finite() {
                     continue;
                 }
-                let off = three[1].iter().map(|(f, x)| (f - step.0, x - step.1));
-                for (force_n, moved_m) in off {
-                    let expected_m = slope * force_n;
-                    followed += expected_m * moved_m;
-                    whole += expected_m * expected_m;
-                    error += (expected_m * moved_m).powi(2);
+                for &reading in three[1] {
+                    let force_n = observations.loads[reading].force_n - step.0;
+                    let run = runs.entry(observations.readings[reading].run).or_default();
+                    run.push(OffStep {
+                        at_n: step.0,
+                        expected_m: slope * force_n,
+                        moved_m: observations.displacement_m[reading] - step.1,
+                    });
                     squares_n += force_n * force_n;
                 }
                 dof += three[1].len() as f64 - 1.0;
             }
+        }
+    }
+    let (mut followed, mut whole, mut error) = (0.0, 0.0, 0.0);
+    for run in runs.values() {
+        let at_n: Vec<f64> = run.iter().map(|off| off.at_n).collect();
+        let expected_m = without_line(&at_n, run.iter().map(|off| off.expected_m));
+        let moved_m = without_line(&at_n, run.iter().map(|off| off.moved_m));
+        for (expected_m, moved_m) in expected_m.iter().zip(moved_m) {
+            followed += expected_m * moved_m;
+            whole += expected_m * expected_m;
+            error += (expected_m * moved_m).powi(2);
         }
     }
     // Robust to what else scatters: the standard error of a sum of products by their own squares.
@@ -55,6 +77,29 @@ pub(super) fn force_scatter(observations: &Observations) -> Option<f64> {
     let standard_error = error.sqrt() / whole;
     let is_clear = share > LEAST_SHARE && share > CLEAR * standard_error;
     (is_clear && dof > 0.0).then(|| (share.min(1.0) * squares_n / dof).sqrt())
+}
+
+/// A reading about the mean of its step.
+struct OffStep {
+    /// Mean force of the step, N.
+    at_n: f64,
+    /// What its displacement is moved by if it follows the force, and what it is moved by, m.
+    expected_m: f64,
+    moved_m: f64,
+}
+
+/// Values without the straight line through them; as they are where a line would leave next to nothing.
+fn without_line(at: &[f64], values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let mut units = Vec::new();
+    if values.len() < LEAST_OF_A_LINE {
+        return values;
+    }
+    for column in [vec![1.0; at.len()], at.to_vec()] {
+        push_orthonormal(&mut units, column, LEAST_INDEPENDENT, 0.0);
+    }
+    take_out(&units, &mut values);
+    values
 }
 
 /// The force of the readings of each cell about the mean of their step, N, where its gauge scatters; else none. What repeats show of a load by being
@@ -211,10 +256,15 @@ fn about_steps(observations: &Observations, values: Vec<f64>) -> Vec<f64> {
     about_means(values, steps.into_iter(), count)
 }
 
-fn mean(step: &[(f64, f64)]) -> (f64, f64) {
-    let count = step.len() as f64;
-    let sum = step
-        .iter()
-        .fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+/// Mean force and displacement of readings.
+fn mean(observations: &Observations, readings: &[usize]) -> (f64, f64) {
+    let count = readings.len() as f64;
+    let sum = readings.iter().fold((0.0, 0.0), |sum, &reading| {
+        let force_n = observations.loads[reading].force_n;
+        (
+            sum.0 + force_n,
+            sum.1 + observations.displacement_m[reading],
+        )
+    });
     (sum.0 / count, sum.1 / count)
 }

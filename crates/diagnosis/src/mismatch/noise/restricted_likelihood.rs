@@ -100,7 +100,7 @@ pub(crate) fn estimate_noise(
     centre[ROTATION] = 2.0 * problem.rotation_ratio().ln();
     let found = match warm_start {
         Some(noise) => {
-            let further = NoiseValues::of(noise, observations, basis);
+            let further = NoiseValues::of(noise, observations, problem.force_sd_n > 0.0);
             let start = problem.values(noise, &centre, further);
             problem.maximise(start, &centre, further)
         }
@@ -155,14 +155,15 @@ impl NoiseValues {
     }
 
     /// Those of a noise.
-    fn of(noise: &ReadingNoise, observations: &Observations, basis: NoiseBasis) -> Self {
+    ///
+    /// # Arguments
+    /// - `is_force_known`: whether the scatter of the force was found before.
+    fn of(noise: &ReadingNoise, observations: &Observations, is_force_known: bool) -> Self {
         let mut parts = Self::least(observations);
         parts.0[GROWTH] = noise.growth_sd > 0.0;
         parts.0[CORRELATION] = noise.correlation != 0.0;
         parts.0[OWN_SLOPE] = noise.gauges.own_slope_sd > 0.0;
-        // That of one gauge is found before, where loads are repeated.
-        let is_known = basis == NoiseBasis::Repeats && observations.gauges.is_empty();
-        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0 && !is_known;
+        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0 && !is_force_known;
         parts
     }
 
@@ -172,10 +173,16 @@ impl NoiseValues {
 
     /// Each part that readings may ask for beside these. Without repeats what a model leaves cannot be distinguished from correlated noise, nor
     /// from slopes of a gauge alone.
-    fn more(self, observations: &Observations, basis: NoiseBasis) -> impl Iterator<Item = Self> {
-        let of_gauges = [OWN_SLOPE, FORCE].into_iter();
-        let has_force = !observations.gauges.is_empty() || basis == NoiseBasis::Fit;
-        let of_gauges = of_gauges.filter(|_| has_force);
+    fn more(
+        self,
+        observations: &Observations,
+        basis: NoiseBasis,
+        is_force_known: bool,
+    ) -> impl Iterator<Item = Self> {
+        let several = !observations.gauges.is_empty();
+        let own_slope = (several || basis == NoiseBasis::Fit).then_some(OWN_SLOPE);
+        let force = (!is_force_known).then_some(FORCE);
+        let of_gauges = own_slope.into_iter().chain(force);
         let asked = [GROWTH, CORRELATION].into_iter().chain(of_gauges);
         let is_seen =
             |place: &usize| basis == NoiseBasis::Repeats || [GROWTH, FORCE].contains(place);
@@ -351,7 +358,9 @@ impl VarianceProblem<'_> {
             return best;
         }
         loop {
-            let more = best.further.more(self.observations, basis);
+            let more = best
+                .further
+                .more(self.observations, basis, self.force_sd_n > 0.0);
             let tried = more.map(|more| {
                 let noise = self.noise(&best.values, best.further);
                 let mut from = self.values(&noise, centre, more);
