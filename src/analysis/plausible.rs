@@ -219,11 +219,11 @@ fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
         .collect();
     let (cell, slope, ratio) = differ.first()?;
     Some(format!(
-        "in {} of {} cells the mean of F/d and the slope differ by more than 2 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/µm): the displacement counts from a preload, loads are near zero, or the loads do not lie on a straight line; an offset does not enter the slope",
+        "in {} of {} cells the mean of F/d and the slope differ by more than 2 % and more than their uncertainties (first {cell}: {} and {} N/µm): the displacement counts from a preload, loads are near zero, or the loads do not lie on a straight line; an offset does not enter the slope",
         differ.len(),
         table.cells.len(),
-        ratio * METRES_PER_MICROMETRE,
-        slope * METRES_PER_MICROMETRE
+        significant(ratio * METRES_PER_MICROMETRE, 4),
+        significant(slope * METRES_PER_MICROMETRE, 4)
     ))
 }
 

@@ -172,6 +172,23 @@ impl SessionPlan {
         open(first_cell).or_else(|| (0..self.cells.len()).find_map(open))
     }
 
+    /// What is neither taken nor left out, in words, a cell each: `5 of 9 readings at P3 y`, `all 9 at P3 z`.
+    #[must_use]
+    pub fn missing(&self, state: &SessionState) -> Vec<String> {
+        let cells = self.cells.iter().enumerate();
+        let of_cell = |(cell, planned): (usize, &SessionCell)| {
+            let all = planned.readings.len();
+            let is_open = |index: &usize| !is_done(state, (cell, *index));
+            let share = match (0..all).filter(is_open).count() {
+                0 => return None,
+                open if open == all => format!("all {all}"),
+                open => format!("{open} of {all} readings"),
+            };
+            Some(format!("{share} at {} {}", planned.pose, planned.direction))
+        };
+        cells.filter_map(of_cell).collect()
+    }
+
     /// Loads to be applied again, N, before a reading in the middle of a run can be taken: those of the steps before it.
     #[must_use]
     pub fn loads_before(&self, cell: usize, index: usize) -> Vec<f64> {

@@ -13,8 +13,8 @@ use super::phrases::{impossible, listed, phrase};
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::count::hours_and_minutes;
 
-/// Expected log likelihood ratio beyond which a plan decides whatever it is.
-const MOST_LOG_LR: f64 = 100.0;
+/// Odds beyond which a plan decides, whatever they are: to 1.
+const MOST_ODDS: f64 = 1000.0;
 
 /// Places that one sentence names; the appendix has all.
 const PLACES: usize = 8;
@@ -183,12 +183,12 @@ fn pair(report: &DiagnosisReport, plan: &NextMeasurement) -> String {
         return a;
     }
     let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
-        let ratio = if j > MOST_LOG_LR {
-            format!("above {MOST_LOG_LR:.0}")
+        let odds = j.exp();
+        if odds > MOST_ODDS {
+            format!(" (expected odds for the right one above {MOST_ODDS:.0} to 1)")
         } else {
-            format!("{j:.1}")
-        };
-        format!(" (expected log likelihood ratio {ratio})")
+            format!(" (expected odds for the right one {odds:.0} to 1)")
+        }
     });
     format!("{a} from {b}{expected}")
 }

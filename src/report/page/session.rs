@@ -9,11 +9,12 @@ use crate::analysis::{
     AnalysisError, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable,
     doubts_about_stiffness,
 };
+use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::stiffness::{budget_document, flag_lines};
 use crate::report::{VectorStiffnessReport, significant};
-use crate::session::OmittedReadings;
+use crate::session::{OmittedReadings, SessionPlan};
 use crate::stiffness::{Branches, StiffnessTable, is_factor_of_limits};
 
 use super::first_page::about;
@@ -47,6 +48,9 @@ pub struct PageSession {
     pub origin: Option<String>,
     /// Whether every planned reading was taken; `null` without a journal.
     pub complete: Option<bool>,
+    /// What is missing of a session that is not complete.
+    #[serde(skip)]
+    pub missing: Vec<String>,
     /// Whether a journal protects the readings.
     pub protected: bool,
     /// Days of the measurement.
@@ -183,6 +187,12 @@ fn without_results<T>(
         name: session.short_name(),
         origin: session.origin.clone(),
         complete: history.map(SessionHistory::is_complete),
+        missing: history.map_or_else(Vec::new, |history| {
+            let record = header.and_then(|header| header.procedure.as_ref());
+            let procedure = record.and_then(|record| Procedure::from_record(record).ok());
+            let plan = procedure.map(|procedure| SessionPlan::new(&procedure, &[]));
+            plan.map_or_else(Vec::new, |plan| plan.missing(&history.state))
+        }),
         protected: history.is_some() && !session.differs_from_journal,
         performed: days(history, utc).map(|[first, last]| {
             if first == last {

@@ -3,9 +3,13 @@
 use std::path::PathBuf;
 
 use crate::analysis::{AnalysisError, Data, Inputs, LoadedSession, OpenSettings, SessionTable};
+use crate::count::counted;
 use crate::stiffness::{Branches, StiffnessTable};
 
 use super::session::PageSession;
+
+/// Cells that a sentence on what is missing names.
+const MISSING_NAMED: usize = 6;
 
 /// The data of a report, opened.
 #[derive(Debug)]
@@ -120,11 +124,6 @@ impl PageSource {
             any(&|part| !part.protected && (part.origin.is_none() || part.complete.is_some()));
         let marks = [
             (
-                any(&|part| part.complete == Some(false)),
-                "PARTIAL",
-                "The session is not complete: planned readings are missing.",
-            ),
-            (
                 origin("emulated"),
                 "EMULATED",
                 "The readings come from emulated gauges; nothing was measured.",
@@ -147,6 +146,7 @@ impl PageSource {
         ];
         let true_ones = marks.into_iter().filter(|(is_true, ..)| *is_true);
         let marks = true_ones.map(|(_, mark, words)| (mark, words.to_owned()));
+        let partial = self.partial().map(|words| ("PARTIAL", words));
         let overdue = self.overdue();
         let overdue = (!overdue.is_empty()).then(|| {
             let words = format!(
@@ -155,7 +155,39 @@ impl PageSource {
             );
             ("CALIBRATION OVERDUE", words)
         });
-        marks.chain(overdue).collect()
+        partial.into_iter().chain(marks).chain(overdue).collect()
+    }
+
+    /// What is missing of sessions that are not complete, in a sentence.
+    fn partial(&self) -> Option<String> {
+        let several = self.parts.len() > 1;
+        let partial = self
+            .parts
+            .iter()
+            .filter(|part| part.complete == Some(false));
+        let missing = partial.map(|part| {
+            let (named, further) = part.missing.split_at(part.missing.len().min(MISSING_NAMED));
+            let mut words = named.to_vec();
+            if named.is_empty() {
+                words.push("planned readings".to_owned());
+            }
+            if !further.is_empty() {
+                words.push(counted(further.len(), "further cell"));
+            }
+            let words = words.join(", ");
+            if several {
+                format!("{words} of {}", part.name)
+            } else {
+                words
+            }
+        });
+        let missing: Vec<String> = missing.collect();
+        (!missing.is_empty()).then(|| {
+            format!(
+                "The session is not complete; missing: {}.",
+                missing.join("; ")
+            )
+        })
     }
 }
 

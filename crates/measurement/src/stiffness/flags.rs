@@ -5,6 +5,7 @@ use thiserror::Error;
 use super::significance::TestStatistic;
 use super::straight_part::StraightPart;
 use stiffbench_units_and_text::count::counted;
+use stiffbench_units_and_text::digits::significant;
 
 /// An outlier as many times as far off as its limit puts the stiffness in doubt: it moves the slope of five runs of eight readings by 1.2 standard
 /// errors, where U is 2.8.
@@ -53,7 +54,7 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// Stiffness of the runs moves with the repeat number.
-    #[error("the stiffness of the runs changes by {:+.3} % per repeat: {}", 100.0 * .per_repeat, tested(.test, percent))]
+    #[error("the stiffness of the runs changes by {} per repeat: {}", signed_percent(*.per_repeat), tested(.test, percent))]
     RepeatTrend {
         /// Relative change per repeat.
         per_repeat: f64,
@@ -141,8 +142,8 @@ pub enum Flag {
     },
     /// The slope of displacement on force is negative.
     #[error(
-        "the slope gives {:.4} N/µm: force and displacement move against each other, check the polarity of the gauges",
-        .stiffness_n_per_m / 1e6
+        "the slope gives {} N/µm: force and displacement move against each other, check the polarity of the gauges",
+        significant(.stiffness_n_per_m / 1e6, 4)
     )]
     NegativeStiffness {
         /// 1/slope, N/m.
@@ -253,12 +254,21 @@ fn signed_um(metres: f64) -> String {
 }
 
 fn percent(share: f64) -> String {
-    format!("{:.3} % per repeat", 100.0 * share)
+    format!("{} % per repeat", significant(100.0 * share, 3))
+}
+
+/// A change in percent, with its sign.
+fn signed_percent(share: f64) -> String {
+    let sign = if share < 0.0 { "-" } else { "+" };
+    format!("{sign}{} %", significant(100.0 * share.abs(), 3))
 }
 
 /// The stiffness of a half of the loads.
 fn half(([from, to], stiffness_n_per_m): &([f64; 2], f64)) -> String {
-    format!("{:.4} N/µm from {from} to {to} N", stiffness_n_per_m / 1e6)
+    format!(
+        "{} N/µm from {from} to {to} N",
+        significant(stiffness_n_per_m / 1e6, 4)
+    )
 }
 
 /// The words that close every tested flag: rule, threshold, power.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::rounding::{RoundedValue, format_value_uncertainty};
 use stiffbench_numeric::statistics::Estimate;
+use stiffbench_units_and_text::digits::significant;
 
 /// Loads that lie on a line where all of them do not: a seated part behind a toe or a preload, or what comes before a yield.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +22,7 @@ impl fmt::Display for StraightPart {
         let rounded = expanded.and_then(|u| format_value_uncertainty(n_per_um, u / 1e6));
         let k = match rounded {
             Some(RoundedValue { value, uncertainty }) => format!("({value} ± {uncertainty}) N/µm"),
-            None => format!("{n_per_um:.4} N/µm"),
+            None => format!("{} N/µm", significant(n_per_um, 4)),
         };
         let [from, to] = self.ends_n;
         write!(
