@@ -12,7 +12,7 @@ use super::part_evidence::ScoredFit;
 use super::problem_candidates::Candidates;
 use super::ranked_candidate::{Ranked, weigh};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::hold_out::{HoldOut, within_what_was_set};
+use crate::mismatch::hold_out::{HoldOut, unseen_parts};
 use crate::mismatch::observed::{Observations, ReadingNoise};
 use crate::mismatch::problem::{
     FittedModel, LinearisedModel, Model, ReadingPredictor, State, StateKey, WarmStart, WeightedFit,
@@ -191,7 +191,7 @@ impl Candidates<'_, '_> {
         let key = key_of(state);
         let squares = |model: &Model| {
             self.memo.left_out(&key, model, || {
-                let folds = within_what_was_set(self.problem.observations);
+                let folds = unseen_parts(self.problem.observations);
                 HoldOut::new(self.problem, state).squares(model, &folds)
             })
         };

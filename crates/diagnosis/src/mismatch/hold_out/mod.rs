@@ -10,4 +10,4 @@ pub use held_out::{HeldOut, Quality};
 pub(crate) use held_out::{HoldOut, folds_of, folds_that_ask};
 pub(crate) use shares::{AllShares, misfit_shares};
 pub use shares::{MisfitShares, MisfitSteps, NoShareReason};
-pub(crate) use unseen_parts::{unseen_parts, within_what_was_set};
+pub(crate) use unseen_parts::unseen_parts;

@@ -45,24 +45,6 @@ pub(crate) fn unseen_parts(observations: &Observations) -> Vec<Vec<bool>> {
         .collect()
 }
 
-/// The same without readings beyond all that was set in the other parts: of these no law can be asked.
-pub(crate) fn within_what_was_set(observations: &Observations) -> Vec<Vec<bool>> {
-    let was_set = |reading: usize| observations.loads[reading].force_n;
-    let mut folds = unseen_parts(observations);
-    for fold in &mut folds {
-        let kept = (0..fold.len()).filter(|reading| !fold[*reading]);
-        let (low, high) = kept
-            .map(was_set)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), set| {
-                (low.min(set), high.max(set))
-            });
-        for (reading, held) in fold.iter_mut().enumerate() {
-            *held &= (low..=high).contains(&was_set(reading));
-        }
-    }
-    folds
-}
-
 /// Readings with neighbouring labels in different folds.
 fn folds_of(labels: &[u32], most: usize) -> Vec<Vec<bool>> {
     let last = labels.iter().max().map_or(0, |last| *last as usize);
