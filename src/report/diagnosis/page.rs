@@ -564,9 +564,9 @@ mod tests {
         assert_snapshot!(next(&report, DiagnosisDetail::Report).text(), @r"
         WHAT TO MEASURE NEXT
         - The same part, the same plan again. About 45 min by hand; this should distinguish a part that
-          grows stiffer under load from a part whose response grows more slowly than its load (expected log
-          likelihood ratio 20.1) and a nonlinear force gauge from a part whose response grows more slowly
-          than its load (expected log likelihood ratio 22.3).
+          grows stiffer under load from a part whose response grows more slowly than its load (expected odds
+          for the right one above 1000 to 1) and a nonlinear force gauge from a part whose response grows
+          more slowly than its load (expected odds for the right one above 1000 to 1).
         ");
     }
 }
