@@ -7,7 +7,7 @@ use stiffbench_test_files::{shipped_robot, text};
 use super::*;
 use crate::mismatch::baselines::{Baseline, RobotBaseline, prior_sd};
 use crate::mismatch::candidates::candidate::candidates;
-use crate::mismatch::noise::KnownNoise;
+use crate::mismatch::noise::{KnownNoise, force_within_steps};
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, State};
 use crate::search::{Batched, Plain};
@@ -40,9 +40,6 @@ fn dense(observations: &Observations, state: &State) -> DMatrix<f64> {
     })
 }
 
-/// What the inverse of the whole V loses of a double's sixteen digits: its condition number is about 1e7.
-const ROUNDING: f64 = 1e-8;
-
 #[test]
 fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let session = text("data/sessions/demo/readings.csv");
@@ -72,7 +69,8 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let model = &state.fitted.model;
     let (space, residuals) = problem.space(&state).unwrap();
     let mut predictor = problem.predictor();
-    let columns = problem.columns(&mut predictor, model).unwrap();
+    let mut columns = problem.columns(&mut predictor, model).unwrap();
+    columns.extend(force_within_steps(&observations, &state.noise.noise));
     let mut y = problem.raw_residuals(model).unwrap();
     for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
         y.push((known.start - value) / known.prior_sd);
@@ -100,10 +98,10 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
             let whole = dot(&vector, &vector);
             let found = scored.moments;
             let error = (found.square - expected.square).abs();
-            assert!(error < ROUNDING * whole, "{found:?} {expected:?} {whole}");
+            assert!(error < 1e-9 * whole, "{found:?} {expected:?} {whole}");
             let error = (found.product - expected.product).abs();
             let scale = (whole * dot(&residuals, &residuals)).sqrt();
-            assert!(error < ROUNDING * scale, "{found:?} {expected:?} {scale}");
+            assert!(error < 1e-9 * scale, "{found:?} {expected:?} {scale}");
             count += 1;
         }
     }
