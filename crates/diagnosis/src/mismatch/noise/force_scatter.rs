@@ -268,3 +268,79 @@ fn mean(observations: &Observations, readings: &[usize]) -> (f64, f64) {
     });
     (sum.0 / count, sum.1 / count)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+    use stiffbench_measurement::readings::{ReadOptions, read_readings};
+
+    use crate::mismatch::noise::{ForceReading, estimate_noise};
+    use crate::mismatch::observed::Observations;
+
+    /// Compliances of cells, um/N.
+    const CELLS: [f64; 6] = [3.0, 5.0, 30.0, 40.0, 70.0, 95.0];
+
+    /// The scatter of the force that is found where it is 0.1 N; dial and zero scatter by 3 um, slopes by 0.2 %.
+    fn found_n(by_hand: bool, seed: u64) -> f64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = |sd: f64| -> f64 {
+            let value: f64 = StandardNormal.sample(&mut rng);
+            sd * value
+        };
+        let mut table = "pose,direction,step,target_N,repeat,force_N,displacement_um\n".to_owned();
+        for (cell, compliance) in CELLS.into_iter().enumerate() {
+            for repeat in 1..=5 {
+                let (zero, slope) = (normal(3.0), 1.0 + normal(0.002));
+                for step in 0..8 {
+                    let target = -10.0 * f64::from(step);
+                    let force = target + if by_hand { normal(0.3) } else { 0.0 };
+                    let read = force + normal(0.1);
+                    let moved = compliance * slope * force + zero + normal(3.0);
+                    writeln!(
+                        table,
+                        "P{cell},x,{step},{target},{repeat},{read:.4},{moved:.3}"
+                    )
+                    .unwrap();
+                }
+            }
+        }
+        let table = read_readings("t.csv", table.as_bytes(), &ReadOptions::default()).unwrap();
+        let observations = Observations::new(&table, None);
+        let rows = 0..observations.len();
+        let compliance: Vec<f64> = rows
+            .map(|row| 1e-6 * CELLS[observations.cell_of(row)])
+            .collect();
+        let loads = observations.loads.iter().zip(&compliance);
+        let slope_m: Vec<f64> = loads.map(|(load, c)| c * load.force_n).collect();
+        let both = observations.displacement_m.iter().zip(&slope_m);
+        let residual_m: Vec<f64> = both.map(|(read, slope)| read - slope).collect();
+        let force = ForceReading::AlongLoad(&compliance);
+        let found = estimate_noise(
+            &observations,
+            &residual_m,
+            (&slope_m, force),
+            None,
+            None,
+            None,
+        );
+        found.noise.gauges.force_sd_n
+    }
+
+    #[test]
+    fn the_scatter_of_a_force_is_found_with_dead_weights_and_with_loads_set_by_hand() {
+        for by_hand in [false, true] {
+            for seed in 0..5 {
+                let found_n = found_n(by_hand, seed);
+                // About 100 degrees of freedom in the soft cells: 7 % of the standard deviation, three of them.
+                assert!(
+                    (found_n - 0.1).abs() < 0.02,
+                    "{by_hand} {seed}: {found_n} N"
+                );
+            }
+        }
+    }
+}
