@@ -81,7 +81,7 @@ impl Flicker {
         (share - DEVIATIONS * deviation).max(0.0)
     }
 
-    /// How likely it is that so few of so many values at rest differ from the one before, or none of the last `still`; 1 where that is not known.
+    /// How likely it is that no more of so many values at rest differ from the one before, or none of the last `still`; 1 where that is not known.
     /// A display in peak mode goes on from peak to peak, one that is held or repeated shows no change from then on.
     pub(super) fn chance(&self, values: usize, changes: usize, still: usize) -> f64 {
         let is_clear = self.is_clear();
@@ -90,16 +90,16 @@ impl Flicker {
             return 1.0;
         }
         let share = self.share().min(1.0 - f64::EPSILON);
-        let chance_of_still = (1.0 - share).powi(still as i32);
+        let chance_of_no_change = (1.0 - share).powi(still as i32);
         // The lower tail of the binomial distribution.
         let mut term = (1.0 - share).powi(values as i32);
-        let mut chance_of_few = term;
+        let mut lower_tail = term;
         for k in 0..changes {
             term *= (values as f64 - k as f64) / (k as f64 + 1.0) * share / (1.0 - share);
-            chance_of_few += term;
+            lower_tail += term;
         }
         // The smaller of two chances (Bonferroni).
-        (2.0 * chance_of_few.min(chance_of_still)).min(1.0)
+        (2.0 * lower_tail.min(chance_of_no_change)).min(1.0)
     }
 }
 
