@@ -1,6 +1,6 @@
 """Programs beside each other on the torque ramps of a cycloidal joint: what they predict at another torque, and what they name.
 
-    python head_to_head.py PROGRAM FOLDER [--out NAME] [--only TEXT]
+    python head_to_head.py PROGRAM FOLDER [--out NAME] [--only TEXT] [--row TEXT]
 
 PROGRAM is stiffbench, FOLDER holds the recordings. README.md states the protocol. All settings stand in this file and were committed before
 the results. Split A trains on runs 100 and 101 (40 N m), split B on run 0 (4 N m) as well; judged are run 102, and runs 1 to 4.
@@ -19,6 +19,7 @@ import numpy as np
 import scipy.optimize
 
 import laws
+import lisdd
 
 FOLDER = "cycloidal-actuator-torque-ramps"
 SPLITS = {"A": [100, 101], "B": [100, 101, 0]}
@@ -211,6 +212,8 @@ def peers():
         "PySINDy STLSQ, told the last reversal": sparse_regression(True),
         "Gaussian process": gaussian_process(False),
         "Gaussian process, told the last reversal": gaussian_process(True),
+        "LISDD": lambda runs: lisdd.fit(runs, LARGEST),
+        "LISDD, told the last reversal": lambda runs: lisdd.fit(runs, LARGEST, with_turn=True),
         "modified Prandtl-Ishlinskii": prandtl_ishlinskii,
         "friction, play, hardening by SciPy": same_laws,
     }
@@ -311,21 +314,39 @@ def repeat_scatter(files):
     return np.median(scatter, axis=0)
 
 
+def compare_peer(peer, fit, files):
+    """Row of a peer, and its errors on each file."""
+    row, per_file = {"program": peer}, {}
+    for split, training in SPLITS.items():
+        began = time.perf_counter()
+        found = {}
+        for name, data in files.items():
+            predict, count = fit(runs_of(data, training))
+            found[name] = errors(data, over_runs(predict)) + [count]
+        row[split] = medians(found)
+        row[f"seconds_{split}"] = (time.perf_counter() - began) / len(files)
+        per_file[f"{peer}, {split}"] = found
+    print(f"{peer}: {row['A']} {row['B']}", flush=True)
+    return row, per_file
+
+
+def renewed(result, only, files):
+    """An earlier result with the rows of some peers made anew."""
+    rows = {row["program"]: row for row in result["rows"]}
+    for peer, fit in peers().items():
+        if only in peer:
+            rows[peer], per_file = compare_peer(peer, fit, files)
+            result["files"].update(per_file)
+    result["rows"] = [rows[name] for name in [*peers(), "stiffbench"] if name in rows]
+    return result
+
+
 def compare(program, files, ours_predicts):
     rows, per_file, names = [], {}, {}
     for peer, fit in peers().items():
-        row = {"program": peer}
-        for split, training in SPLITS.items():
-            began = time.perf_counter()
-            found = {}
-            for name, data in files.items():
-                predict, count = fit(runs_of(data, training))
-                found[name] = errors(data, over_runs(predict)) + [count]
-            row[split] = medians(found)
-            row[f"seconds_{split}"] = (time.perf_counter() - began) / len(files)
-            per_file[f"{peer}, {split}"] = found
+        row, found = compare_peer(peer, fit, files)
         rows.append(row)
-        print(f"{peer}: {row['A']} {row['B']}", flush=True)
+        per_file.update(found)
     row = {"program": "stiffbench"}
     for split, training in {**SPLITS, "4 N m alone": SMALL, "all runs": SMALL + [100, 101, 102]}.items():
         found, told = {}, {}
@@ -433,18 +454,22 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--out", default="results/head_to_head", help="results go to NAME.md, NAME.json, NAME.svg")
     parser.add_argument("--only", default="", help="only files whose name contains this")
+    parser.add_argument("--row", help="make only the peers anew whose name contains this; the other rows stay as they are in NAME.json")
     arguments = parser.parse_args()
     warnings.filterwarnings("ignore")
     paths = sorted(path for path in (arguments.folder / FOLDER).glob("*.csv") if arguments.only in path.stem)
     if not paths:
         parser.error(f"{arguments.folder / FOLDER} holds no recordings")
     files = {path.stem: read(path) for path in paths}
-    ours_predicts = can_predict(arguments.program)
-    if not ours_predicts:
-        print(f"{arguments.program} has no command `part predict`: its errors are left out, its names are not")
-    result = compare(arguments.program, files, ours_predicts)
-    result["wanted"] = criteria(result)
     out = pathlib.Path(arguments.out)
+    if arguments.row is not None:
+        result = renewed(json.loads(out.with_suffix(".json").read_text()), arguments.row, files)
+    else:
+        ours_predicts = can_predict(arguments.program)
+        if not ours_predicts:
+            print(f"{arguments.program} has no command `part predict`: its errors are left out, its names are not")
+        result = compare(arguments.program, files, ours_predicts)
+    result["wanted"] = criteria(result)
     out.parent.mkdir(parents=True, exist_ok=True)
     text = "\n\n".join(
         [f"# Head to head on {len(files)} torque ramps", "Root mean squares in mrad, medians of the files.", table(result),
