@@ -11,6 +11,15 @@ use super::contrasts::{
 };
 use super::results::{Contrast, Untested};
 
+/// Least mean square of an error term, in units of the noise (1): noise is at least six digits of the largest displacement, and what agrees to nine
+/// of them differs by rounding alone.
+pub(super) const LEAST_ERROR: f64 = 1e-6;
+
+/// Squares of an error term with its degrees of freedom, not below [`LEAST_ERROR`].
+fn at_least((squares, dof): (f64, f64)) -> (f64, f64) {
+    (squares.max(LEAST_ERROR * dof), dof)
+}
+
 /// A contrast: what one fit explains beyond another.
 pub(super) struct FitContrast {
     pub(super) plan: Plan,
@@ -141,13 +150,13 @@ impl<'a> Decomposition<'a> {
             ErrorTerm::Pure => {
                 let left = self.pure.left(&self.bases[WITHIN], white);
                 let dof = white.len().saturating_sub(self.pure.rank);
-                return (squares(&left) / self.pure_share, dof as f64);
+                return at_least((squares(&left) / self.pure_share, dof as f64));
             }
         };
         let left = without.left(&self.bases[basis], white);
         let right = with.left(&self.bases[WITHIN], white);
         let dof = with.rank - without.rank;
-        (squares(&left) - squares(&right), dof as f64)
+        at_least((squares(&left) - squares(&right), dof as f64))
     }
 
     /// What each comparison explains of a white vector over what it is compared with, with both degrees of freedom, and [`ErrorTerm::Pure`]:
@@ -157,15 +166,15 @@ impl<'a> Decomposition<'a> {
         let within = |basis: usize, fit: &Fit| fit.squares_within(&local[basis], white);
         let whole = squares(white);
         // Below this they are nothing but rounding.
-        let least = (f64::EPSILON * white.len() as f64 * whole).max(f64::MIN_POSITIVE);
+        let least = f64::EPSILON * white.len() as f64 * whole;
         let runs = |basis: usize, [without, with]: &[Fit; 2]| {
             let squares = within(WITHIN, with) - within(basis, without);
-            (squares.max(least), (with.rank - without.rank) as f64)
+            at_least((squares.max(least), (with.rank - without.rank) as f64))
         };
-        let pure = (
+        let pure = at_least((
             ((whole - within(WITHIN, &self.pure)) / self.pure_share).max(least),
             white.len().saturating_sub(self.pure.rank) as f64,
-        );
+        ));
         let run_slope = runs(BETWEEN, &self.run_slope);
         let run_zero = runs(OFFSETS, &self.run_zero);
         let ratio = |one: &FitContrast| {

@@ -7,7 +7,7 @@ use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
 use super::bases::GlobalColumn;
 use super::contrasts::ErrorTerm;
-use super::decomposition::{Decomposition, squares};
+use super::decomposition::{Decomposition, LEAST_ERROR, squares};
 use super::results::{Contrast, Spot, StratumTest};
 use super::tails::tail;
 
@@ -147,7 +147,7 @@ impl Decomposition<'_> {
                 continue;
             }
             count += 1.0;
-            let rest = (error - along(&period.spanned)).max(f64::MIN_POSITIVE);
+            let rest = (error - along(&period.spanned)).max(LEAST_ERROR * d2);
             let statistic = (explained / d1) / (rest / d2);
             let p = tail(statistic, d1, d2);
             let better = best

@@ -94,7 +94,7 @@ impl Decomposition<'_> {
     pub(super) fn test(&self, comparison: &FitContrast, white: &[f64]) -> StratumTest {
         let (pattern, d1) = self.pattern(comparison, white);
         let (error, d2) = self.error(comparison.plan.error, white);
-        let statistic = (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE);
+        let statistic = (squares(&pattern) / d1) / (error / d2);
         let (contrast, p) = (comparison.plan.contrast, tail(statistic, d1, d2));
         StratumTest::new(contrast, statistic, [d1, d2], p, self.size_m(pattern))
     }
@@ -122,7 +122,7 @@ impl Decomposition<'_> {
                     return None;
                 }
                 let explained = squares(&pattern);
-                let statistic = (explained / d1) / (error / d2).max(f64::MIN_POSITIVE);
+                let statistic = (explained / d1) / (error / d2);
                 let spot = Spot {
                     pose: (group.pose).map(|pose| self.observations.poses[pose].clone()),
                     direction: group.direction,
