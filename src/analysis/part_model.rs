@@ -175,7 +175,10 @@ impl PartModelFile {
             displacement_unit: displacement.name.clone(),
             order_is_clock: units.order_is_clock,
             range: model.range.map(|end| load.in_table(end)),
-            columns: columns.clone(),
+            columns: SpecimenOptions {
+                response: Some(units.response),
+                ..columns.clone()
+            },
             band: FileBand {
                 half_width: answer.in_table(model.band.half_width),
                 readings: model.band.readings,
@@ -183,6 +186,10 @@ impl PartModelFile {
             configurations: model.configurations.iter().map(configuration).collect(),
             effects: model.effects.iter().map(|one| effect(units, one)).collect(),
         }
+    }
+
+    fn response(&self) -> ResponseVariable {
+        self.columns.response.unwrap_or_default()
     }
 
     /// Its text.
@@ -219,7 +226,7 @@ impl PartModelFile {
         };
         let force = unit("force_unit", &self.force_unit)?;
         let displacement = unit("displacement_unit", &self.displacement_unit)?;
-        let (load, answer) = match self.columns.response {
+        let (load, answer) = match self.response() {
             ResponseVariable::Displacement => (force, displacement),
             ResponseVariable::Force => (displacement, force),
         };
@@ -234,7 +241,7 @@ impl PartModelFile {
             ));
         }
         let units = PartUnits {
-            response: self.columns.response,
+            response: self.response(),
             order_is_clock: self.order_is_clock,
             load,
             answer,
@@ -273,7 +280,7 @@ impl PartModelFile {
             names.len() == written.parameters.len()
                 && names.all(|name| written.parameters.contains_key(name))
         };
-        let mut laws = Law::searched_on(test_object(self.columns.response));
+        let mut laws = Law::searched_on(test_object(self.response()));
         let law = laws
             .find(|law| law.to_string() == written.physics && has_parameters(law))
             .ok_or_else(|| {

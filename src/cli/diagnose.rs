@@ -6,7 +6,7 @@ use stiffbench_document::Document;
 
 use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
-    NoiseSource, ResolvedModel, Subject, laws, noise_of, read_bytes, sha256, shown,
+    NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
 };
 use crate::mismatch::{MismatchError, SearchOptions, Verdict};
 use crate::physics::Law;
@@ -21,7 +21,7 @@ use super::diagnose_args::{DiagnoseArgs, NoiseChoice, SearchArgs};
 use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::{write_figures, write_result, write_texts};
 use super::outcome::Outcome;
-use super::part;
+use super::part::{self, PartFiles};
 use super::progress::progress;
 
 /// What the bar of a diagnosis shows.
@@ -37,10 +37,10 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
                 "leave them out",
             );
         }
-        let (name, bytes) = (shown(&args.data), read_bytes(&args.data)?);
+        let files = PartFiles::read(std::iter::once(&args.data).chain(&args.further))?;
         let results = (&args.search.results(&args.data)?, global);
         let search = args.search.options()?;
-        return part::diagnosed((&name, &bytes), (&options, &[]), &search, results);
+        return part::diagnosed(&files, (&options, &[]), &search, results);
     }
     let settings = args.reading.open_settings(global)?;
     let first = Data::open(&args.data, &settings)?;

@@ -19,7 +19,7 @@ pub(super) struct DiagnoseArgs {
     /// Session folder, readings file or load cases (docs/joint-stiffness.md)
     pub(super) data: PathBuf,
     /// Further sessions or load cases of the same robot, diagnosed together with the first
-    #[arg(value_name = "DATA", conflicts_with = "specimen")]
+    #[arg(value_name = "DATA")]
     pub(super) further: Vec<PathBuf>,
     /// Robot, mechanism and factors.
     #[command(flatten)]

@@ -43,10 +43,10 @@ enum PartCommand {
     after_help = "docs/parts.md explains the results.\n\nExamples:\n  stiffbench part diagnose messung.csv\n  stiffbench part diagnose cell.csv --map force=load,displacement=travel --force-unit kN --displacement-unit mm\n  stiffbench part diagnose ramps.csv --response force --map force=torque_Nm,displacement=angle_mrad,run=cycle --out ramps"
 )]
 struct PartDiagnoseArgs {
-    /// Table of force against displacement, or of any two quantities
-    #[arg(value_name = "TABLE")]
-    data: PathBuf,
-    /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one [default: those that their names tell]
+    /// Tables of force against displacement, or of any two quantities; several with the same columns are one table, and each is a run
+    #[arg(value_name = "TABLE", required = true)]
+    data: Vec<PathBuf>,
+    /// Columns of quantities, WHAT=COLUMN,...: displacement, force, time, date, run, configuration, temperature, hold, order, branch; of runs and configurations several columns together identify one, further columns of the displacement are further runs [default: those that their names tell]
     #[arg(long, value_name = "WHAT=COLUMN")]
     map: Vec<String>,
     /// How it is searched, and what is written.
@@ -62,32 +62,49 @@ pub(super) fn run(args: &PartArgs, global: &Global) -> Result<Outcome, Failure> 
     match &args.what {
         PartCommand::Predict(args) => predict::run(args),
         PartCommand::Diagnose(args) => {
-            let bytes = read_bytes(&args.data)?;
-            let (name, map) = (shown(&args.data), &args.map);
-            let (options, note) = args.table.with_columns(map, (&name, &bytes))?;
+            let files = PartFiles::read(&args.data)?;
+            let (options, note) = args.table.with_columns(&args.map, &files.named())?;
             let search = args.search.options()?;
-            let results = args.search.results(&args.data)?;
+            let results = args.search.results(&args.data[0])?;
             let notes: Vec<String> = note.into_iter().collect();
-            diagnosed(
-                (&name, &bytes),
-                (&options, &notes),
-                &search,
-                (&results, global),
-            )
+            diagnosed(&files, (&options, &notes), &search, (&results, global))
         }
+    }
+}
+
+/// The files of the table of a part, by name, and what they hold.
+pub(super) struct PartFiles(Vec<(String, Vec<u8>)>);
+
+impl PartFiles {
+    /// Reads them.
+    pub(super) fn read<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<Self, Failure> {
+        let file = |path: &PathBuf| read_bytes(path).map(|bytes| (shown(path), bytes));
+        let files = paths.into_iter().map(file);
+        Ok(Self(files.collect::<Result<_, _>>()?))
+    }
+
+    fn named(&self) -> Vec<(&str, &[u8])> {
+        let files = self.0.iter();
+        files.map(|(name, bytes)| (&**name, &**bytes)).collect()
     }
 }
 
 /// Reads the table and states what a straight line leaves out.
 pub(super) fn diagnosed(
-    (name, bytes): (&str, &[u8]),
+    files: &PartFiles,
     (options, notes): (&SpecimenOptions, &[String]),
     search: &SearchOptions,
     (results, global): (&ResultFolder, &Global),
 ) -> Result<Outcome, Failure> {
-    let hash = sha256(bytes);
-    let inputs = Inputs::default().with_list(name, &hash);
-    let table = read_specimen(name, bytes, options)?.thinned(MOST_READINGS_OF_A_PART);
+    let files = files.named();
+    let table = read_specimen(&files, options)?.thinned(MOST_READINGS_OF_A_PART);
+    let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
+    let hashes: Vec<String> = files.iter().map(|(_, bytes)| sha256(bytes)).collect();
+    let named = names.iter().zip(&hashes);
+    let inputs = named.fold(Inputs::default(), |all, (name, hash)| {
+        all.with_list(name, hash)
+    });
+    let (name, hash) = (&names.join(", "), hashes.join(", "));
     let bar = progress(global, DIAGNOSIS_STEPS, 4);
     let (report, model) = diagnose_part(name, &table, search, &|| bar.inc(1))?;
     let verdict = report.diagnosis.verdict.to_string();

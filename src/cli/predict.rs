@@ -41,7 +41,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let name = shown(&args.input);
     let mut columns = stored.columns.clone();
     columns.is_response_optional = true;
-    let table = read_specimen(&name, bytes.as_slice(), &columns).map_err(of_predictions)?;
+    let table = read_specimen(&[(&name, bytes.as_slice())], &columns).map_err(of_predictions)?;
     check_predictable(&model, &table, &name)?;
     let predicted = model.predict(&table)?;
     let report = PredictionReport::new(&model, &table, &predicted);

@@ -31,9 +31,9 @@ pub(super) struct PartTableArgs {
     /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
     #[arg(long, value_name = "UNIT")]
     temperature_unit: Option<String>,
-    /// The measured quantity: force if the displacement or strain was set
-    #[arg(long, value_parser = one_of(RESPONSES), default_value = "displacement")]
-    response: ResponseVariable,
+    /// The measured quantity: force if the displacement or strain was set [default: where one of the two is a ramp or a sine of time, the other; else displacement]
+    #[arg(long, value_parser = one_of(RESPONSES))]
+    response: Option<ResponseVariable>,
     /// Share of a run's range by which the path must return before it counts as unloading
     #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE)]
     turn_share: f64,
@@ -128,17 +128,17 @@ impl PartTableArgs {
     /// What the reader needs, with columns as `ROLE=COLUMN`; without any those that their names tell, which are noted.
     ///
     /// # Arguments
-    /// - `file`: name and bytes of the table.
+    /// - `files`: names and bytes of the tables.
     pub(super) fn with_columns(
         &self,
         map: &[String],
-        file: (&str, &[u8]),
+        files: &[(&str, &[u8])],
     ) -> Result<(SpecimenOptions, Option<String>), Failure> {
         let mut options = self.options();
         let mut pairs = column_pairs(map)?;
         let is_guessed = pairs.is_empty();
         if is_guessed {
-            pairs = self.guessed(file)?;
+            pairs = self.guessed(files)?;
         }
         let note = is_guessed.then(|| {
             let columns = pairs
@@ -149,13 +149,18 @@ impl PartTableArgs {
         });
         let mut stated = BTreeSet::new();
         for (role, column) in pairs {
-            let may_be_several = ["run", "repeat", "configuration", "pose"].contains(&&*role);
+            let several = ["displacement", "run", "repeat", "configuration", "pose"];
+            let may_be_several = several.contains(&&*role);
             if !may_be_several && !stated.insert(role.clone()) {
                 return Err(wrong_map(&role, "a part has one such column").into());
             }
             match role.as_str() {
                 "force" => options.force_column = Some(column),
-                "displacement" => options.displacement_column = column,
+                "displacement" if options.displacement_column.is_empty() => {
+                    options.displacement_column = column;
+                }
+                "displacement" => options.repeat_columns.push(column),
+                "date" => options.date_column = Some(column),
                 "time" => options.time_column = Some(column),
                 "run" | "repeat" => options.run_column.push(column),
                 "configuration" | "pose" => options.configuration_column.push(column),
@@ -173,19 +178,21 @@ impl PartTableArgs {
     }
 
     /// The columns of force and displacement, and others, as an import takes them.
-    fn guessed(&self, file: (&str, &[u8])) -> Result<Vec<(String, String)>, Failure> {
+    fn guessed(&self, files: &[(&str, &[u8])]) -> Result<Vec<(String, String)>, Failure> {
         let mapping = ImportMapping {
             encoding: self.encoding,
             sheet: self.sheet.clone(),
+            is_of_a_part: true,
             ..ImportMapping::default()
         };
-        let columns = ImportDraft::read(&[file], None, &mapping)?.columns();
+        let columns = ImportDraft::read(files, None, &mapping)?.columns();
         let names: Vec<String> = columns.iter().map(|one| one.name.clone()).collect();
         let known = columns.into_iter().filter_map(|one| {
             let role = one.role?;
             let known = [
                 "force",
                 "displacement",
+                "date",
                 "repeat",
                 "time",
                 "temperature",
@@ -209,7 +216,7 @@ fn wrong_map(role: &str, problem: &str) -> ArgumentError {
     ArgumentError::new(
         format!("--map {role}").trim_end(),
         problem,
-        "--map force=load,displacement=travel; other roles are time, run, configuration, temperature, hold, order and branch",
+        "--map force=load,displacement=travel; other roles are time, date, run, configuration, temperature, hold, order and branch; further columns of the displacement are repeats",
     )
 }
 
@@ -280,7 +287,7 @@ mod tests {
         assert_eq!(options.force_unit.as_deref(), Some("kN"));
         assert_eq!(options.displacement_column, "travel");
         assert_eq!(options.run_column, ["day", "sweep"]);
-        assert_eq!(options.response, ResponseVariable::Force);
+        assert_eq!(options.response, Some(ResponseVariable::Force));
         assert_eq!(options.turn_share, Some(TURN_SHARE));
         assert_eq!(options.order_column, None);
     }

@@ -42,7 +42,7 @@ fn said(table: &str) -> Diagnosis {
         order_column: Some("order".to_owned()),
         ..SpecimenOptions::default()
     };
-    let table = read_specimen("line.csv", table.as_bytes(), &options).unwrap();
+    let table = read_specimen(&[("line.csv", table.as_bytes())], &options).unwrap();
     let (baseline, observations) = Line::of_table(&table).unwrap();
     let search = SearchOptions::default();
     diagnose(&baseline, &observations, &search, None).unwrap().0
@@ -167,10 +167,10 @@ fn said_of_part(table: &str, response: ResponseVariable) -> Diagnosis {
         time_column: Some("t_s".to_owned()),
         force_unit: Some("1".to_owned()),
         displacement_unit: Some("1".to_owned()),
-        response,
+        response: Some(response),
         ..SpecimenOptions::default()
     };
-    let table = read_specimen("part.csv", table.as_bytes(), &options).unwrap();
+    let table = read_specimen(&[("part.csv", table.as_bytes())], &options).unwrap();
     let (baseline, observations) = Line::of_table(&table).unwrap();
     let search = SearchOptions::default();
     diagnose(&baseline, &observations, &search, None).unwrap().0
@@ -249,7 +249,7 @@ fn sizes_follow_the_number_of_a_configuration_where_they_do() {
             displacement_unit: Some("1".to_owned()),
             ..SpecimenOptions::default()
         };
-        let read = read_specimen("part.csv", table.as_bytes(), &options).unwrap();
+        let read = read_specimen(&[("part.csv", table.as_bytes())], &options).unwrap();
         let (baseline, observations) = Line::of_table(&read).unwrap();
         let search = SearchOptions::default();
         diagnose(&baseline, &observations, &search, None).unwrap().0
@@ -305,7 +305,7 @@ fn a_force_gauge_that_scatters_over_dead_weights_is_no_physics() {
             run_column: vec!["run".to_owned()],
             ..SpecimenOptions::default()
         };
-        let table = read_specimen("weights.csv", table.as_bytes(), &options).unwrap();
+        let table = read_specimen(&[("weights.csv", table.as_bytes())], &options).unwrap();
         let (baseline, observations) = Line::of_table(&table).unwrap();
         let search = SearchOptions::default();
         let said = diagnose(&baseline, &observations, &search, None).unwrap().0;

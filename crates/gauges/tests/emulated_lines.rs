@@ -243,7 +243,7 @@ fn lines_and_links_go_with_the_host() {
 
 #[test]
 fn the_documented_script_is_one() {
-    let text = stiffbench_test_files::text("docs/fault-script.md");
+    let text = stiffbench_test_files::text("crates/gauges/fault-script.md");
     let example = text.split("```toml\n").nth(1).unwrap();
     let example = example.split("```").next().unwrap();
     let source = stiffbench_units_and_text::source_text::SourceText::new("docs", example);

@@ -16,7 +16,7 @@ fn triangle(readings: usize) -> SpecimenTable {
         displacement_column: "d_um".to_owned(),
         ..SpecimenOptions::default()
     };
-    read_specimen("pull.csv", text.as_bytes(), &options).unwrap()
+    read_specimen(&[("pull.csv", text.as_bytes())], &options).unwrap()
 }
 
 #[test]

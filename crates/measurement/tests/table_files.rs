@@ -29,7 +29,7 @@ fn read(name: &str, [time, travel, force]: [&str; 3], units: [Option<&str>; 3]) 
         force_unit: owned(units[2]),
         ..SpecimenOptions::default()
     };
-    read_specimen(name, &bytes(name)[..], &options)
+    read_specimen(&[(name, &bytes(name)[..])], &options)
         .unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 

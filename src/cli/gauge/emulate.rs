@@ -49,7 +49,7 @@ pub(in crate::cli) struct EmulateArgs {
     /// Description of the displacement gauge: a name or a file
     #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME|FILE")]
     pub(in crate::cli) displacement_instrument: String,
-    /// Fault script: which fault occurs when (docs/fault-script.md)
+    /// Fault script: which fault occurs when (crates/gauges/fault-script.md)
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) faults: Option<PathBuf>,
     /// Folder for the links to the ports, called force and displacement [default: a temporary folder]

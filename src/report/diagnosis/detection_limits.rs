@@ -149,6 +149,7 @@ impl DiagnosisReport {
     /// Why a law cannot be seen at all in these readings.
     fn why_unseen(&self, law: Law) -> UnseenReason {
         let recorded = self.observations.recorded;
+        let is_one_sweep = self.observations.is_one_sweep();
         let (reason, remedy) = match law.search.needs {
             _ if self.without.contains(&law) => (
                 "it was left out of the search",
@@ -162,6 +163,10 @@ impl DiagnosisReport {
                 "the readings do not record how long each load had been on (column hold_s)",
                 Some("record hold_s and hold the largest load for a minute or two"),
             ),
+            needs if is_one_sweep && needs.more_than_a_sweep() => (
+                "time and load rose together: every run goes one way, at one rate",
+                Some("unload, hold the load, or load at another rate"),
+            ),
             Needs::Clock if !recorded.time => (
                 "the readings have no times (column t_s)",
                 Some("record the time of each reading"),
@@ -170,7 +175,7 @@ impl DiagnosisReport {
                 "the readings have no temperature (column temp_degC)",
                 Some("record the temperature beside the gauge"),
             ),
-            Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature
+            Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Return | Needs::Temperature
                 if self.is_in_the_model(law) =>
             {
                 (
@@ -178,7 +183,7 @@ impl DiagnosisReport {
                     None,
                 )
             }
-            Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature => law.search.unseen,
+            _ => law.search.unseen,
         };
         UnseenReason {
             reason: reason.into(),

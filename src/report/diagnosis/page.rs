@@ -518,7 +518,7 @@ mod tests {
     /// What is found in a table of a part.
     fn diagnosed(file: &str, options: &SpecimenOptions) -> DiagnosisReport {
         let table = stiffbench_test_files::text(file);
-        let table = read_specimen("table.csv", table.as_bytes(), options).unwrap();
+        let table = read_specimen(&[("table.csv", table.as_bytes())], options).unwrap();
         let search = SearchOptions::default();
         diagnose_part("table.csv", &table, &search, &|| ())
             .unwrap()
@@ -531,7 +531,7 @@ mod tests {
         let options = SpecimenOptions {
             force_column: Some("force_kN".to_owned()),
             displacement_column: "disp_mm".to_owned(),
-            response: ResponseVariable::Force,
+            response: Some(ResponseVariable::Force),
             ..SpecimenOptions::default()
         };
         let report = diagnosed("fixtures/cases/two-sliders/two_sliders.csv", &options);

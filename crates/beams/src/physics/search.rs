@@ -230,6 +230,16 @@ pub enum Needs {
     Hold,
     /// The time of each reading.
     Clock,
+    /// A path that comes back.
+    Return,
     /// The temperature at each reading.
     Temperature,
+}
+
+impl Needs {
+    /// Whether loads that went one way only, at one rate, show nothing of the law: a curve does the same.
+    #[must_use]
+    pub fn more_than_a_sweep(self) -> bool {
+        matches!(self, Self::Hold | Self::Clock | Self::Return)
+    }
 }

@@ -233,7 +233,7 @@ impl FaultEntry {
             if given && !fits {
                 return Err((
                     format!("{key} means nothing for {}", self.what),
-                    format!("leave {key} out; docs/fault-script.md lists its use"),
+                    format!("leave {key} out; crates/gauges/fault-script.md lists its use"),
                 ));
             }
         }

@@ -73,7 +73,7 @@ pub enum FaultScriptError {
     #[error("{file}, line {line}: {problem}")]
     #[diagnostic(
         code(stiffbench::input::fault_script),
-        help("docs/fault-script.md lists the keys of a fault script")
+        help("crates/gauges/fault-script.md lists the keys of a fault script")
     )]
     File {
         /// The file.

@@ -6,7 +6,7 @@ use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::draft::ImportDraft;
 use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
-use super::keywords::roles_of;
+use super::keywords::{OF_A_ROBOT, roles_of};
 use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
@@ -194,7 +194,7 @@ fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
     let roles = draft.columns().into_iter().enumerate();
     let others = roles.filter(|(index, column)| {
         let of_file = &draft.table.layout.columns[*index];
-        let mut guesses = roles_of(of_file, None).into_iter();
+        let mut guesses = roles_of(of_file, &OF_A_ROBOT, None).into_iter();
         let is_displacement = guesses.any(|(role, _)| role == ColumnRole::Displacement);
         column.role.is_none() && is_displacement && draft.log.is_none()
     });

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use indexmap::IndexMap;
 
 use super::columns::{ColumnRole, GuessedFrom};
-use super::keywords::roles_of;
+use super::keywords::{OF_A_PART, OF_A_ROBOT, ReadQuantities, roles_of};
 use super::mapping::ImportMapping;
 use super::runs::{CounterDoubt, counts_no_runs};
 use crate::readings::are_one_load;
@@ -35,7 +35,12 @@ impl FoundColumns {
     ) -> Result<Self, TableFileError> {
         let mut found = Self::default();
         found.take_stated(table, mapping)?;
-        found.guess(table);
+        let read = if mapping.is_of_a_part {
+            &OF_A_PART
+        } else {
+            &OF_A_ROBOT
+        };
+        found.guess(table, read);
         found.drop_counter_of_loads(table);
         found.drop_counter(table);
         found.drop_ambiguous(table);
@@ -220,13 +225,13 @@ impl FoundColumns {
         Ok(())
     }
 
-    fn guess(&mut self, table: &MachineTable) {
+    fn guess(&mut self, table: &MachineTable, read: &ReadQuantities) {
         let mut guesses: BTreeMap<ColumnRole, Vec<(u8, usize)>> = BTreeMap::new();
         for (index, column) in table.layout.columns.iter().enumerate() {
             if self.places.values().any(|(place, _)| *place == index) {
                 continue;
             }
-            for (role, sure) in roles_of(column, table.stamp_kind(index)) {
+            for (role, sure) in roles_of(column, read, table.stamp_kind(index)) {
                 guesses.entry(role).or_default().push((sure, index));
             }
         }
@@ -256,7 +261,7 @@ impl FoundColumns {
                     self.candidates.insert(role, best);
                 }
                 [first, ..] => {
-                    let from = from_of(&role, &table.layout.columns[*first]);
+                    let from = from_of(&role, &table.layout.columns[*first], read);
                     self.places.insert(role, (*first, from));
                 }
                 [] => {}
@@ -282,12 +287,14 @@ fn progress(table: &MachineTable, column: usize) -> u8 {
 }
 
 /// Whether name or unit led to a role: without its unit, the same name is tried.
-fn from_of(role: &ColumnRole, column: &FileColumn) -> GuessedFrom {
+fn from_of(role: &ColumnRole, column: &FileColumn, read: &ReadQuantities) -> GuessedFrom {
     let bare = FileColumn {
         unit: None,
         ..column.clone()
     };
-    let by_name = roles_of(&bare, None).iter().any(|(found, _)| found == role);
+    let by_name = roles_of(&bare, read, None)
+        .iter()
+        .any(|(found, _)| found == role);
     let is_read = matches!(role, ColumnRole::Force | ColumnRole::Displacement);
     if by_name || !is_read {
         GuessedFrom::Name

@@ -5,10 +5,37 @@ use stiffbench_units_and_text::quantity::Kind;
 use super::columns::ColumnRole;
 use crate::readings::Conversion;
 use crate::table_files::keywords::{
-    BRANCH, DIRECTION, DISPLACEMENT, DISPLACEMENT_LETTERS, FORCE, NOT_READ, POSE, REPEAT,
-    TEMPERATURE, TIME, has, plain, words_of,
+    BRANCH, DIRECTION, DISPLACEMENT, DISPLACEMENT_LETTERS, FORCE, MOMENT, NOT_READ, POSE, REPEAT,
+    ROTATION, STRAIN, STRESS, TEMPERATURE, TIME, has, plain, words_of,
 };
 use crate::table_files::{FileColumn, StampKind};
+
+/// What the two quantities of a table may be: kinds of units, and words of names.
+pub(super) struct ReadQuantities {
+    force: (&'static [Kind], &'static [&'static str]),
+    displacement: (&'static [Kind], &'static [&'static str]),
+    has_joints: bool,
+}
+
+/// At a robot: a force and a displacement, and joints.
+pub(super) const OF_A_ROBOT: ReadQuantities = ReadQuantities {
+    force: (&[Kind::Force], &[FORCE]),
+    displacement: (&[Kind::Displacement], &[DISPLACEMENT]),
+    has_joints: true,
+};
+
+/// At a part: also torque against angle, and stress against strain.
+pub(super) const OF_A_PART: ReadQuantities = ReadQuantities {
+    force: (
+        &[Kind::Force, Kind::Torque, Kind::Stress],
+        &[FORCE, MOMENT, STRESS],
+    ),
+    displacement: (
+        &[Kind::Displacement, Kind::Angle, Kind::Strain],
+        &[DISPLACEMENT, ROTATION, STRAIN],
+    ),
+    has_joints: false,
+};
 
 /// A role with how sure it is, from 1.
 pub(super) type RoleGuess = (ColumnRole, u8);
@@ -21,8 +48,13 @@ pub(super) fn is_of(kind: Kind, unit: &str) -> bool {
 /// The roles a column may have.
 ///
 /// # Arguments
+/// - `read`: what the table may hold.
 /// - `stamp`: what its cells state of a time, if they are no numbers.
-pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<RoleGuess> {
+pub(super) fn roles_of(
+    column: &FileColumn,
+    read: &ReadQuantities,
+    stamp: Option<StampKind>,
+) -> Vec<RoleGuess> {
     let plain = plain(&column.stem);
     let words: Vec<&str> = words_of(&plain).collect();
     let sure = |list: &str| match words.as_slice() {
@@ -30,6 +62,7 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
         _ if words.iter().any(|word| has(list, word)) => Some(2),
         _ => None,
     };
+    let surest = |lists: &[&str]| lists.iter().filter_map(|list| sure(list)).max();
     if stamp == Some(StampKind::Date) {
         return vec![(ColumnRole::Date, 3)];
     }
@@ -57,31 +90,32 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
             .filter_map(|(role, list)| Some((role, sure(list)?)))
             .collect();
     }
-    if let Some(joint) = joint_name(&plain, &column.stem) {
+    let joint = joint_name(&plain, &column.stem).filter(|_| read.has_joints);
+    if let Some(joint) = joint {
         return vec![(ColumnRole::Joint(joint), 3)];
     }
     let is_read = !words.iter().any(|word| has(NOT_READ, word));
-    if is_read && of_kind(Kind::Force) {
-        return vec![(ColumnRole::Force, 1 + sure(FORCE).unwrap_or(0))];
+    if is_read && read.force.0.iter().copied().any(of_kind) {
+        return vec![(ColumnRole::Force, 1 + surest(read.force.1).unwrap_or(0))];
     }
-    if is_read && of_kind(Kind::Displacement) {
+    if is_read && read.displacement.0.iter().copied().any(of_kind) {
         // Gauges that go by a name come before those by their number alone.
         let has_name = words
             .iter()
             .any(|word| !word.bytes().all(|b| b.is_ascii_digit()));
         return vec![(
             ColumnRole::Displacement,
-            u8::from(has_name) + sure(DISPLACEMENT).unwrap_or(0),
+            u8::from(has_name) + surest(read.displacement.1).unwrap_or(0),
         )];
     }
     let has_known_unit = Kind::ALL.into_iter().any(of_kind);
     let one_word = words.len() == 1;
     let letter = one_word && has(DISPLACEMENT_LETTERS, words[0]);
     let numeric = [
-        (ColumnRole::Force, sure(FORCE).filter(|_| is_read)),
+        (ColumnRole::Force, surest(read.force.1).filter(|_| is_read)),
         (
             ColumnRole::Displacement,
-            sure(DISPLACEMENT)
+            surest(read.displacement.1)
                 .filter(|_| is_read && !has_known_unit && sure(POSE).is_none())
                 .or(letter.then_some(1)),
         ),
@@ -137,7 +171,7 @@ mod tests {
             unit_from: None,
             is_numeric,
         };
-        let roles = roles_of(&column, None);
+        let roles = roles_of(&column, &OF_A_ROBOT, None);
         roles
             .into_iter()
             .max_by_key(|(_, sure)| *sure)
@@ -205,5 +239,36 @@ mod tests {
             assert_eq!(best(name, Some("deg"), true), Some(joint), "{name}");
         }
         assert_eq!(best("a", None, true), None);
+    }
+
+    #[test]
+    fn a_part_has_torques_angles_stresses_and_strains() {
+        let role = |stem: &str, unit: Option<&str>| {
+            let column = FileColumn {
+                name: stem.to_owned(),
+                stem: stem.to_owned(),
+                unit: unit.map(str::to_owned),
+                unit_from: None,
+                is_numeric: true,
+            };
+            let roles = roles_of(&column, &OF_A_PART, None);
+            roles.into_iter().next().map(|(role, _)| role)
+        };
+        for (stem, unit) in [
+            ("torque", Some("Nm")),
+            ("M", Some("N*m")),
+            ("Spannung", Some("MPa")),
+            ("Force", Some("N")),
+        ] {
+            assert_eq!(role(stem, unit), Some(ColumnRole::Force), "{stem}");
+        }
+        for (stem, unit) in [
+            ("angle", Some("deg")),
+            ("q1", Some("rad")),
+            ("strain", None),
+            ("travel", Some("mm")),
+        ] {
+            assert_eq!(role(stem, unit), Some(ColumnRole::Displacement), "{stem}");
+        }
     }
 }

@@ -42,6 +42,9 @@ pub struct ImportMapping {
     pub units: MappedUnits,
     /// Columns of joint values, by the variable of the robot.
     pub joints: IndexMap<String, String>,
+    /// Whether the table is of a part, which may have torque against angle, or stress against strain.
+    #[serde(skip)]
+    pub is_of_a_part: bool,
     /// Columns of components of vectors: `force_x`, `displacement_z`, ….
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub vectors: IndexMap<String, String>,

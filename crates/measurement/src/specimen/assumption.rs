@@ -5,6 +5,7 @@ use stiffbench_units_and_text::count::counted;
 
 use thiserror::Error;
 
+use super::response::ResponseVariable;
 use crate::readings::left_out;
 use crate::table_files::FileLayout;
 
@@ -17,6 +18,19 @@ pub enum SpecimenAssumption {
     /// No force column: the load is the same throughout, and all forces are 0.
     #[error("no force column: the load is the same throughout")]
     ConstantLoad,
+    /// The quantity that is a ramp or a sine of time was set; the other is the response.
+    #[error(
+        "the {} is a ramp or a sine of time, or of the order of the readings: it was set, and the {} is the response", .response.set_and_answer()[0], .response.set_and_answer()[1]
+    )]
+    ResponseByClock {
+        /// The quantity that answers.
+        response: ResponseVariable,
+    },
+    /// Nothing shows which quantity was set.
+    #[error(
+        "loads were set and displacements measured: the table does not show which; state otherwise with --response force"
+    )]
+    LoadsWereSet,
     /// A unit was taken from the end of a column's name.
     #[error("column `{column}` is in {unit}, by its name")]
     UnitFromName {
@@ -45,6 +59,12 @@ pub enum SpecimenAssumption {
     /// No column names specimens or configurations.
     #[error("all readings are of one specimen")]
     OneConfiguration,
+    /// No column names runs, so each file, sheet or column of repeats is one.
+    #[error("each {column} is a run, with a zero of its own")]
+    EachIsARun {
+        /// `file`, `sheet` or `series`.
+        column: String,
+    },
     /// No column names runs, so each configuration is one run.
     #[error("all readings of a specimen are one run, with one zero")]
     OneRunEach,

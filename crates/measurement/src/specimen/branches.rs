@@ -8,8 +8,8 @@ use stiffbench_units_and_text::test_point::Branch;
 pub(crate) struct Path {
     /// A branch for each value.
     pub(crate) branches: Vec<Branch>,
-    /// How often the path turns.
-    pub(super) turns: u32,
+    /// Where the path turns.
+    pub(super) turns: Vec<usize>,
     /// Whether it turns too often to have branches.
     pub(super) shuffled: bool,
     /// Share of its range by which it had to come back for a turn.
@@ -19,7 +19,7 @@ pub(crate) struct Path {
 impl Path {
     /// Number of cycles, each once away and back.
     pub(super) fn cycles(&self) -> u32 {
-        self.turns.div_ceil(2)
+        (self.turns.len() as u32).div_ceil(2)
     }
 }
 
@@ -41,7 +41,7 @@ pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
     if turns.len() * 3 > values.len() {
         return Path {
             branches: vec![Branch::Loading; values.len()],
-            turns: 0,
+            turns: Vec::new(),
             shuffled: true,
             turn_share,
         };
@@ -67,7 +67,7 @@ pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
     });
     Path {
         branches: branches.collect(),
-        turns: turns.len() as u32,
+        turns,
         shuffled: false,
         turn_share,
     }
@@ -181,13 +181,13 @@ mod tests {
         cycle.extend(quarter);
         cycle.extend([4.0, 2.0, 0.0, -2.0, -4.0, -6.0, -4.0, -2.0, 0.0]);
         assert_eq!(letters(&cycle, 0.0, 0.05), "lllluuullluuu");
-        assert_eq!(follow(&cycle, 0.0, 0.05).turns, 2);
+        assert_eq!(follow(&cycle, 0.0, 0.05).turns.len(), 2);
     }
 
     #[test]
     fn scatter_below_the_threshold_is_no_turn() {
         let noisy = [0.0, 10.0, 9.6, 20.0, 30.0, 29.7, 40.0];
-        assert_eq!(follow(&noisy, 0.0, 0.05).turns, 0);
+        assert_eq!(follow(&noisy, 0.0, 0.05).turns.len(), 0);
         // The same scatter with a threshold of a half percent: 0.4 and 0.3 are more than 0.2.
         let fine = follow(&noisy, 0.0, 0.005);
         assert!(fine.shuffled, "four turns in seven readings");
@@ -207,7 +207,12 @@ mod tests {
         let steps = (0..3).flat_map(|_| 0..80);
         let values: Vec<f64> = steps.map(|step| cycle(step) + 2.8 * noise()).collect();
         let path = follow(&values, 0.0, 0.05);
-        assert_eq!((path.turns, path.cycles()), (5, 3), "{}", path.turn_share);
+        assert_eq!(
+            (path.turns.len(), path.cycles()),
+            (5, 3),
+            "{}",
+            path.turn_share
+        );
         assert!(path.turn_share > 0.05);
     }
 
@@ -224,13 +229,13 @@ mod tests {
     fn shuffled_loads_have_no_branches() {
         let path = follow(&[0.0, 300.0, 50.0, 200.0, 10.0, 350.0], 0.0, 0.05);
         assert!(path.shuffled);
-        assert_eq!(path.turns, 0);
+        assert_eq!(path.turns.len(), 0);
         assert!(path.branches.iter().all(|b| *b == Branch::Loading));
     }
 
     #[test]
     fn the_largest_numbers_have_a_range() {
         let path = follow(&[-f64::MAX, 0.0, f64::MAX, 0.0, -f64::MAX], 0.0, 0.05);
-        assert_eq!(path.turns, 1);
+        assert_eq!(path.turns.len(), 1);
     }
 }

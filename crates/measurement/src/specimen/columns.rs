@@ -2,7 +2,8 @@
 
 use super::assumption::SpecimenAssumption;
 use super::error::SpecimenError;
-use super::options::{ResponseVariable, SpecimenOptions};
+use super::options::SpecimenOptions;
+use super::response::ResponseVariable;
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
 use crate::table_files::{MachineTable, StatedUnit, TableFileError};

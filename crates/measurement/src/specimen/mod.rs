@@ -6,19 +6,22 @@
 
 mod assumption;
 mod branches;
+mod clock;
 mod columns;
 mod error;
 mod options;
 mod order;
 mod read;
+mod response;
 mod row;
 mod table;
 mod thin;
 
 pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
 pub use error::SpecimenError;
-pub use options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
+pub use options::{SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
+pub use response::{ResponseDoubt, ResponseVariable};
 // The path of a load, for other readers of tables.
 pub(crate) use branches::follow;
 pub use table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};

@@ -2,23 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::response::ResponseVariable;
 use crate::table_files::TableFileOptions;
 
 /// Share of a run's range by which the path must come back before a turn counts.
 ///
 /// More than the scatter of any gauge that resolves twenty load steps, less than the smallest step of a plan with ten of them.
 pub const TURN_SHARE: f64 = 0.05;
-
-/// Which of the two quantities answers the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ResponseVariable {
-    /// The load is set, the displacement read.
-    #[default]
-    Displacement,
-    /// The displacement is set, the force read, as in tests that control strain.
-    Force,
-}
 
 /// Columns and units of a table, under the names that the command line and `recordings.toml` use (`force-column`, ...).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -29,10 +19,16 @@ pub struct SpecimenOptions {
     pub force_column: Option<String>,
     /// Column of the displacement.
     pub displacement_column: String,
+    /// Columns of the displacement of further runs under the loads of the first, one a run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub repeat_columns: Vec<String>,
     /// Column of the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
-    /// Columns that together name a run: readings with one zero and one history.
+    /// Column of the date, where that of the time holds the time of day.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date_column: Option<String>,
+    /// Columns that together name a run, readings with one zero and one history; else a file, a sheet or a column of repeats is one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub run_column: Vec<String>,
     /// Columns that together name a specimen or configuration, each with a line of its own.
@@ -62,9 +58,9 @@ pub struct SpecimenOptions {
     /// Unit of the temperature; else the end of the column's name, else °C.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_unit: Option<String>,
-    /// Which quantity answers.
-    #[serde(default)]
-    pub response: ResponseVariable,
+    /// Which quantity answers; else what the clock shows, else the displacement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response: Option<ResponseVariable>,
     /// Share of a run's range by which the path must come back before a turn counts, between 0 and 1; [`TURN_SHARE`] unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_share: Option<f64>,
@@ -79,7 +75,7 @@ pub struct SpecimenOptions {
 impl SpecimenOptions {
     /// Whether the column of a quantity may be absent.
     pub(super) fn may_lack(&self, quantity: ResponseVariable) -> bool {
-        self.is_response_optional && self.response == quantity
+        self.is_response_optional && self.response == Some(quantity)
     }
 
     /// How the file is read: the names of all columns that are asked for lead to the header.
@@ -88,12 +84,14 @@ impl SpecimenOptions {
             self.force_column.as_ref(),
             Some(&self.displacement_column),
             self.time_column.as_ref(),
+            self.date_column.as_ref(),
             self.temperature_column.as_ref(),
             self.hold_column.as_ref(),
             self.order_column.as_ref(),
             self.branch_column.as_ref(),
         ];
         let several = self.run_column.iter().chain(&self.configuration_column);
+        let several = several.chain(&self.repeat_columns);
         let names = single.into_iter().flatten().chain(several);
         TableFileOptions {
             columns: names.map(|name| name.trim().to_owned()).collect(),

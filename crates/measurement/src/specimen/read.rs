@@ -1,41 +1,41 @@
 //! Reads a table of a specimen.
 
-use std::io::Read;
-
 use indexmap::IndexSet;
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
+use super::clock::{is_one_sweep, response_by_clock};
 use super::columns::SpecimenColumns;
 use super::error::SpecimenError;
-use super::options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
+use super::options::{SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
+use super::response::{ResponseDoubt, ResponseVariable};
 use super::row::{SpecimenRow, SpecimenRowReader};
 use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::table_files::{MachineTable, read_table_file};
+use crate::table_files::{MachineTable, TableFileError, read_table_files};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Readings from a table whose columns the caller names.
 ///
-/// The file may be anything that [`read_table_file`] reads. A row that lacks a value (an empty field, `NA`,
+/// The files may be anything that [`read_table_files`] reads. A row that lacks a value (an empty field, `NA`,
 /// `N/A`, `NaN`, `null`) in a named column is left out and listed, but for time, hold and temperature, which may be absent.
 ///
 /// # Arguments
-/// - `source`: the name of the input, for messages.
-/// - `input`: its bytes; read once, in pieces.
+/// - `files`: names, for messages, and bytes; several with the same columns are read as one table, in which each is a run.
 ///
 /// # Errors
 /// [`SpecimenError`] with line, column, value and what was expected, for the first thing that is wrong.
 pub fn read_specimen(
-    source: &str,
-    input: impl Read,
+    files: &[(&str, &[u8])],
     options: &SpecimenOptions,
 ) -> Result<SpecimenTable, SpecimenError> {
     let turn_share = options.turn_share.unwrap_or(TURN_SHARE);
     if !(turn_share > 0.0 && turn_share < 1.0) {
         return Err(SpecimenError::BadTurnShare { share: turn_share });
     }
-    let file = read_table_file(source, input, &options.of_file())?;
+    let mut file = read_table_files(files, &options.of_file())?;
+    let are_runs_stated = !options.run_column.is_empty();
+    let options = &options.with_runs_of(&mut file)?;
     let columns = SpecimenColumns::find(&file, options)?;
     let mut reader = SpecimenRowReader::new(&file, &columns);
     for row in 0..file.rows.len() {
@@ -47,7 +47,11 @@ pub fn read_specimen(
             incomplete: reader.incomplete.len(),
         });
     }
-    let assumptions = assumptions_of_file(&file, &reader, &columns, options);
+    let mut assumptions = assumptions_of_file(&file, &reader, &columns, options);
+    if let Some(run) = columns.run.first().filter(|_| !are_runs_stated) {
+        let column = run.name.clone();
+        assumptions.push(SpecimenAssumption::EachIsARun { column });
+    }
     let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
         blank: file.blank.clone(),
@@ -55,15 +59,48 @@ pub fn read_specimen(
     };
     let mut found = reader.rows;
     let order = put_in_order(&mut found);
-    let mut table = tabulate(&file, found, &columns, options);
+    let mut table = tabulate(&file, found, &columns);
     table.assumptions = assumptions;
+    table.set_response(&columns, options.response, turn_share);
     table.excluded = excluded;
     table.assumptions.extend(order);
     table.assumptions.extend(time_goes_back(&table.readings));
-    if columns.branch.is_none() && columns.is_driven(options.response) {
+    if columns.branch.is_none() && columns.is_driven(table.response) {
         assign_branches(&mut table, turn_share);
     }
     Ok(table)
+}
+
+impl SpecimenOptions {
+    /// The same with the runs that a table has without a column that names them: files, sheets, and columns of repeats, which are put below each
+    /// other; dates are put before the times of day.
+    fn with_runs_of(&self, file: &mut MachineTable) -> Result<Self, TableFileError> {
+        let mut with = self.clone();
+        let mut runs = Vec::new();
+        if let (Some(dates), Some(times)) = (&self.date_column, &self.time_column) {
+            file.join_dates(file.column(dates, "date")?, file.column(times, "time")?);
+        }
+        if !file.is_of_one_file() {
+            runs.extend(["file", "sheet"]);
+        }
+        if !self.repeat_columns.is_empty() && !self.may_lack(ResponseVariable::Displacement) {
+            let first = std::iter::once(&self.displacement_column);
+            let all = first.chain(&self.repeat_columns);
+            let places = all.map(|name| file.column(name, "displacement"));
+            let places: Vec<usize> = places.collect::<Result<_, _>>()?;
+            *file = file.stacked(&places, "series");
+            with.displacement_column = (places[0] + 1).to_string();
+            runs.push("series");
+        }
+        let named = |name: &&str| {
+            file.names().any(|own| own == *name)
+                && !self.configuration_column.iter().any(|own| own == *name)
+        };
+        if self.run_column.is_empty() {
+            with.run_column = runs.into_iter().filter(named).map(str::to_owned).collect();
+        }
+        Ok(with)
+    }
 }
 
 impl SpecimenColumns {
@@ -99,7 +136,6 @@ fn tabulate(
     file: &MachineTable,
     rows: Vec<SpecimenRow>,
     columns: &SpecimenColumns,
-    options: &SpecimenOptions,
 ) -> SpecimenTable {
     let mut configurations: IndexSet<String> = IndexSet::new();
     let mut runs: IndexSet<(u32, String)> = IndexSet::new();
@@ -131,7 +167,9 @@ fn tabulate(
     SpecimenTable {
         has_order: columns.order.is_some(),
         source: file.source.clone(),
-        response: options.response,
+        response: ResponseVariable::default(),
+        response_doubt: None,
+        is_one_sweep: false,
         force_unit: columns
             .force
             .as_ref()
@@ -140,10 +178,7 @@ fn tabulate(
             .displacement
             .as_ref()
             .map_or_else(ColumnUnit::none, |column| column.unit.clone()),
-        has_response: match options.response {
-            ResponseVariable::Displacement => columns.displacement.is_some(),
-            ResponseVariable::Force => columns.force.is_some(),
-        },
+        has_response: true,
         layout: file.layout.clone(),
         configurations: configurations.into_iter().collect(),
         runs: runs.into_iter().map(run).collect(),
@@ -154,9 +189,37 @@ fn tabulate(
     }
 }
 
+impl SpecimenTable {
+    /// Takes the response that is stated, else the one that the clock shows.
+    fn set_response(
+        &mut self,
+        columns: &SpecimenColumns,
+        stated: Option<ResponseVariable>,
+        turn_share: f64,
+    ) {
+        let are_both_read = columns.force.is_some() && columns.displacement.is_some();
+        let by_clock = if are_both_read {
+            response_by_clock(self, turn_share)
+        } else {
+            None
+        };
+        self.response = stated.or(by_clock).unwrap_or_default();
+        self.response_doubt = ResponseDoubt::about(self.response, by_clock);
+        self.is_one_sweep = is_one_sweep(self);
+        self.has_response = match self.response {
+            ResponseVariable::Displacement => columns.displacement.is_some(),
+            ResponseVariable::Force => columns.force.is_some(),
+        };
+        if stated.is_none() && are_both_read {
+            self.assumptions.push(match by_clock {
+                Some(response) => SpecimenAssumption::ResponseByClock { response },
+                None => SpecimenAssumption::LoadsWereSet,
+            });
+        }
+    }
+}
+
 /// Assigns branches run by run.
-///
-/// A force counts from zero; a displacement, whose zero is arbitrary, from the first reading of the run.
 fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
     let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); table.runs.len()];
     for (index, reading) in table.readings.iter().enumerate() {
@@ -169,12 +232,8 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
             .iter()
             .map(|index| table.driver(&table.readings[*index]))
             .collect();
-        let origin = match table.response {
-            ResponseVariable::Displacement => 0.0,
-            ResponseVariable::Force => values.first().copied().unwrap_or(0.0),
-        };
-        let path = follow(&values, origin, turn_share);
-        turns += path.turns;
+        let path = follow(&values, table.response.origin(&values), turn_share);
+        turns += path.turns.len() as u32;
         cycles += path.cycles();
         largest_share = largest_share.max(path.turn_share);
         if path.shuffled {

@@ -1,7 +1,7 @@
 //! What the reader gives.
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
-use super::options::ResponseVariable;
+use super::response::{ResponseDoubt, ResponseVariable};
 use crate::readings::Conversion;
 use crate::table_files::FileLayout;
 use stiffbench_units_and_text::quantity::Kind;
@@ -104,6 +104,10 @@ pub struct SpecimenTable {
     pub source: String,
     /// Which quantity answers.
     pub response: ResponseVariable,
+    /// Whether what was set went one way in every run, at one rate.
+    pub is_one_sweep: bool,
+    /// What the clock has against the response.
+    pub response_doubt: Option<ResponseDoubt>,
     /// What the forces are in: force, torque or stress.
     pub force_unit: ColumnUnit,
     /// What the displacements are in: displacement, angle or strain.

@@ -32,19 +32,6 @@ impl fmt::Display for LinePlace {
 /// Why a table could not be read.
 #[derive(Debug, Error, Diagnostic)]
 pub enum TableFileError {
-    /// The input stopped.
-    #[error("{file}: cannot be read")]
-    #[diagnostic(
-        code(stiffbench::table::io),
-        help("check the disk or the connection, then try again")
-    )]
-    Io {
-        /// The file, as the caller named it.
-        file: String,
-        /// The cause.
-        #[source]
-        error: std::io::Error,
-    },
     /// Nothing in the file but blank lines and comments.
     #[error("{file}: the file is empty, expected a line with column names and rows of numbers")]
     #[diagnostic(

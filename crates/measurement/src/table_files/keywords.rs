@@ -19,6 +19,12 @@ pub(crate) const MOMENT: &str =
 pub(crate) const ROTATION: &str =
     "rotation rot verdrehung drehung kippung rotazione rotacion obrot donme поворот 转角 回転";
 
+/// Stress.
+pub(crate) const STRESS: &str = "stress spannung contrainte tensione esfuerzo tensao naprezenie napeti gerilme напряжение 应力 応力";
+
+/// Strain, or an angle.
+pub(crate) const STRAIN: &str = "strain dehnung deformazione odksztalcenie angle winkel angolo angulo kat uhel szog aci угол 应变 ひずみ 角度";
+
 /// Position of a point in the axes of a tracker.
 pub(crate) const POSITION: &str = "position pos posicion posizione lage koordinate coordinate coord tracker smr tcp pozycja положение 坐标 座標 位置";
 

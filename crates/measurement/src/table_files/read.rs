@@ -1,7 +1,5 @@
 //! From the bytes of a file to a table with named columns.
 
-use std::io::Read;
-
 use csv::StringRecord;
 
 use super::cell::NumberMarks;
@@ -30,24 +28,17 @@ const SEGMENT: &str = "segment";
 ///
 /// # Arguments
 /// - `source`: the name of the input, for messages.
-/// - `input`: its bytes.
+/// - `bytes`: what it holds.
 ///
 /// # Errors
 /// [`TableFileError`] with line, column, value and remedy, for the first thing that is wrong.
 pub fn read_table_file(
     source: &str,
-    mut input: impl Read,
+    bytes: &[u8],
     options: &TableFileOptions,
 ) -> Result<MachineTable, TableFileError> {
-    let mut bytes = Vec::new();
-    input
-        .read_to_end(&mut bytes)
-        .map_err(|error| TableFileError::Io {
-            file: source.to_owned(),
-            error,
-        })?;
-    if is_spreadsheet(&bytes) {
-        return read_workbook(source, &bytes, options);
+    if is_spreadsheet(bytes) {
+        return read_workbook(source, bytes, options);
     }
     if let Some(sheet) = &options.sheet {
         return Err(TableFileError::NoSpreadsheet {
@@ -55,7 +46,7 @@ pub fn read_table_file(
             sheet: sheet.clone(),
         });
     }
-    let (text, encoding) = decode(source, &bytes, options.encoding)?;
+    let (text, encoding) = decode(source, bytes, options.encoding)?;
     let lines = lines(&text);
     if u32::try_from(lines.len()).is_err() {
         return Err(TableFileError::TooLong {
@@ -126,7 +117,7 @@ pub fn read_table_files(
     options: &TableFileOptions,
 ) -> Result<MachineTable, TableFileError> {
     let table = |(name, bytes): &(&str, &[u8])| {
-        Ok(((*name).to_owned(), read_table_file(name, *bytes, options)?))
+        Ok(((*name).to_owned(), read_table_file(name, bytes, options)?))
     };
     MachineTable::joined(files.iter().map(table).collect::<Result<_, _>>()?, "file")
 }

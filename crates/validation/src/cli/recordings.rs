@@ -128,7 +128,7 @@ fn scored(recording: &Recording, texts: &[String], seed: u64) -> Result<Recordin
         return Ok(score_pose_errors(recording, columns, poses, seed)?);
     };
     let joined = recording.table(texts)?;
-    let table = read_specimen(&recording.name, joined.as_bytes(), options)?;
+    let table = read_specimen(&[(&recording.name, joined.as_bytes())], options)?;
     let table = table.thinned(MOST_READINGS_OF_A_PART);
     Ok(score_recording(recording, &table, seed)?)
 }

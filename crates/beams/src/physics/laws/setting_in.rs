@@ -128,7 +128,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             PATHS.into_iter().map(of_path).collect()
         },
         on: SearchedOn::PARTS,
-        needs: Needs::Nothing,
+        needs: Needs::Return,
         ..LAW.search
     },
     ..LAW

@@ -116,6 +116,7 @@ fn observations(table: &SpecimenTable, zero: f64) -> Observations {
             .map(|name| PoseId::new(name))
             .collect(),
         clock: clock_of(table),
+        response_doubt: table.response_doubt,
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
     for configuration in 0..table.configurations.len() {
@@ -134,6 +135,9 @@ fn observations(table: &SpecimenTable, zero: f64) -> Observations {
 }
 
 fn clock_of(table: &SpecimenTable) -> ReadingClock {
+    if table.is_one_sweep {
+        return ReadingClock::OneSweep;
+    }
     let has_times = table.readings.iter().any(|one| one.time_s.is_some());
     match (has_times, table.has_order) {
         (true, _) => ReadingClock::Times,
@@ -152,7 +156,9 @@ fn add_run(table: &SpecimenTable, (run, zero): (usize, f64), out: &mut Observati
     let kind = out.clock;
     let clock = |reading: &SpecimenReading| match kind {
         ReadingClock::Times => reading.time_s,
-        ReadingClock::Order | ReadingClock::Rows => Some(f64::from(reading.order)),
+        ReadingClock::Order | ReadingClock::Rows | ReadingClock::OneSweep => {
+            Some(f64::from(reading.order))
+        }
     };
     let first_time = readings().find_map(clock).unwrap_or(0.0);
     let first_warmth = readings().find_map(|reading| reading.temperature_deg_c);

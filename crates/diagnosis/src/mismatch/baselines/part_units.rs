@@ -61,10 +61,7 @@ impl PartUnits {
     /// Names of what was set and of what answered.
     #[must_use]
     pub fn names(&self) -> [&'static str; 2] {
-        match self.response {
-            ResponseVariable::Displacement => ["force", "displacement"],
-            ResponseVariable::Force => ["displacement", "force"],
-        }
+        self.response.set_and_answer()
     }
 
     /// The unit of a parameter.

@@ -74,7 +74,10 @@ pub(crate) fn candidates(
                 && !without.contains(law)
                 && !(is_tracked && law.is_hidden_from_trackers())
         };
-        let laws: Vec<Law> = Law::searched_on(observations.object).filter(here).collect();
+        let is_seen =
+            |law: &Law| !observations.is_one_sweep() || !law.search.needs.more_than_a_sweep();
+        let laws = Law::searched_on(observations.object).filter(here);
+        let laws: Vec<Law> = laws.filter(is_seen).collect();
         for (place, scale) in scales.of_kind(kind, observations, poses) {
             for &law in &laws {
                 // An angle that is wrong in one pose alone is one of many: a wide search of a wrong angle.

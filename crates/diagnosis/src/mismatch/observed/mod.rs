@@ -8,7 +8,6 @@ mod observations;
 mod plan;
 mod reading_noise;
 mod recorded_history;
-mod set_displacement;
 #[cfg(test)]
 pub(crate) mod tests;
 mod unloaded_zero;

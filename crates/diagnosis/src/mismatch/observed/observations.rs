@@ -9,6 +9,7 @@ use stiffbench_beams::robot::TrackerFrames;
 use stiffbench_measurement::readings::{
     InstrumentRecord, Reading, ReadingTable, SessionHeader, SinceZero,
 };
+use stiffbench_measurement::specimen::ResponseDoubt;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
@@ -177,6 +178,8 @@ pub struct Observations {
     pub unloaded_shift_m: Option<f64>,
     /// What they were taken of.
     pub object: TestObject,
+    /// What the clock has against the response of a part.
+    pub response_doubt: Option<ResponseDoubt>,
     /// What tells when a reading was taken.
     pub clock: ReadingClock,
     /// What parts without a robot file went through, each from its beginning on.
@@ -196,6 +199,8 @@ pub enum ReadingClock {
     Order,
     /// The order of the rows, which somebody may have sorted.
     Rows,
+    /// The loads of a part, which went one way only, at one rate: times tell no more than they do.
+    OneSweep,
 }
 
 /// Columns that some laws need.
@@ -278,6 +283,7 @@ impl Observations {
             sessions: Vec::new(),
             unloaded_shift_m: None,
             object: TestObject::Robot,
+            response_doubt: None,
             clock: ReadingClock::Times,
             histories: Vec::new(),
             beginnings: Beginnings::default(),
@@ -289,6 +295,12 @@ impl Observations {
     #[must_use]
     pub fn len(&self) -> usize {
         self.readings.len()
+    }
+
+    /// Whether loads went one way only, at one rate: then times tell no more than loads do.
+    #[must_use]
+    pub fn is_one_sweep(&self) -> bool {
+        self.clock == ReadingClock::OneSweep
     }
 
     /// Whether there is no reading.
@@ -512,6 +524,7 @@ impl Observations {
             free_zeros: self.free_zeros,
             sessions: self.sessions.clone(),
             object: self.object,
+            response_doubt: self.response_doubt,
             clock: self.clock,
             tracker: self.tracker,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),

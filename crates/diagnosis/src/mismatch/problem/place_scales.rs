@@ -176,7 +176,11 @@ fn session_scale(observations: &Observations) -> PlaceScale {
         }),
         displacement_m: largest(&mut observations.displacement_m.iter().copied()),
         time_s: only_if(
-            recorded.time && observations.clock != ReadingClock::Rows,
+            recorded.time
+                && !matches!(
+                    observations.clock,
+                    ReadingClock::Rows | ReadingClock::OneSweep
+                ),
             largest(&mut loads().map(|load| load.since_zero_s)),
         ),
         warming_k: only_if(

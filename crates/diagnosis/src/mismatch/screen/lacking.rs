@@ -52,9 +52,7 @@ pub(crate) fn lacking(problem: &DiagnosisProblem<'_>, is_from_fit: bool) -> Vec<
             "no load sequence was repeated: the scatter and missing physics cannot be distinguished; at least three repeats are needed{or}"
         ));
     }
-    if observations.displacement_was_set() {
-        lacking.push("a force that was set: the displacement is a straight line over time in every branch, so it was set and the force was measured; diagnose with --response force".to_owned());
-    }
+    lacking.extend(observations.response_doubt.map(|doubt| doubt.to_string()));
     if readings < 3 * parameters + 6 {
         lacking.push(format!(
             "{readings} readings are too few for {}",

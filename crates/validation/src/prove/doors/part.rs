@@ -52,7 +52,7 @@ impl PartBench {
             time_column: Some("t_s".to_owned()),
             force_unit: Some("1".to_owned()),
             displacement_unit: Some("1".to_owned()),
-            response,
+            response: Some(response),
             ..SpecimenOptions::default()
         };
         let ways = TURNS.windows(2);
@@ -67,8 +67,8 @@ impl PartBench {
             file: "part.csv".to_owned(),
             problem: error.to_string(),
         };
-        let table =
-            read_specimen("part.csv", table.as_bytes(), &options).map_err(|error| form(&error))?;
+        let table = read_specimen(&[("part.csv", table.as_bytes())], &options)
+            .map_err(|error| form(&error))?;
         let (line, plan) = Line::of_table(&table)?;
         let scale = PlaceScale {
             force_n: 1.0,

@@ -218,7 +218,7 @@ pub(super) fn sets(setting: &Setting<'_, '_>) -> ColumnSets {
 fn clock_columns(observations: &Observations) -> Vec<Vec<f64>> {
     let loads = &observations.loads;
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    if observations.recorded.time {
+    if observations.recorded.time && !observations.is_one_sweep() {
         let times = || {
             observations
                 .readings

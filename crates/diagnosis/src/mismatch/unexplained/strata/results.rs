@@ -79,6 +79,7 @@ impl Contrast {
             Self::CellSlope => "the factors fit the slopes of as many cells exactly",
             Self::Repeat => "no load sequence was repeated",
             Self::CellOffset => "the slopes of the runs absorb the zeros",
+            Self::Clock if observations.is_one_sweep() => "time and load rose together",
             Self::Clock if !observations.recorded.time => "no times were recorded",
             Self::Clock => "time and load increase together: they cannot be distinguished",
             Self::Sign => "the loads have one sign",
