@@ -194,6 +194,7 @@ impl PartTableArgs {
                 "displacement",
                 "date",
                 "repeat",
+                "configuration",
                 "time",
                 "temperature",
                 "branch",

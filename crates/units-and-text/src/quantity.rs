@@ -137,8 +137,8 @@ impl Kind {
     /// values in NIST SP 811 (2008), appendix B.8. `tonf` is none: it means 2000 lbf, 2240 lbf or 1000 kgf. Pounds per square inch and pound-force inches follow from these and the inch.
     #[must_use]
     pub fn si_factor(self, unit: &str) -> Option<f64> {
-        let factor = match (self, unit) {
-            (Self::Force, "N" | "newton" | "newtons" | "Newton" | "Newtons" | "Н") => 1.0,
+        let factor = match (self, symbol(unit).unwrap_or(unit)) {
+            (Self::Force, "N" | "Н") => 1.0,
             (Self::Force, "mN") => 1e-3,
             (Self::Force, "uN" | "µN" | "μN") => 1e-6,
             (Self::Force, "nN") => 1e-9,
@@ -154,16 +154,16 @@ impl Kind {
             (Self::Displacement, "m" | "м") => 1.0,
             (Self::Displacement, "mm" | "мм") => 1e-3,
             (Self::Displacement, "cm") => 1e-2,
-            (Self::Displacement, "um" | "µm" | "μm" | "micron" | "microns" | "мкм") => 1e-6,
+            (Self::Displacement, "um" | "µm" | "μm" | "мкм") => 1e-6,
             (Self::Displacement, "nm") => 1e-9,
-            (Self::Displacement, "in" | "inch" | "inches") => 0.025_4,
+            (Self::Displacement, "in") => 0.025_4,
             (Self::Displacement, "mil" | "mils" | "thou") => 2.54e-5,
             (Self::Displacement, "uin" | "µin" | "μin") => 2.54e-8,
-            (Self::Time, "s" | "sec" | "Sec" | "seconds" | "с" | "сек" | "秒") => 1.0,
+            (Self::Time, "s" | "sec" | "Sec" | "с" | "сек" | "秒") => 1.0,
             (Self::Time, "ms" | "мс") => 1e-3,
             (Self::Time, "min" | "мин") => 60.0,
             (Self::Time, "h") => 3600.0,
-            (Self::Time, "d" | "day" | "days") => 86_400.0,
+            (Self::Time, "d") => 86_400.0,
             (Self::Temperature, "degC" | "°C" | "C" | "K") => 1.0,
             (Self::Temperature, "degF" | "°F" | "F") => 5.0 / 9.0,
             (Self::Torque, "Nm" | "N*m" | "N.m" | "N·m" | "N-m" | "Н·м" | "Нм") => 1.0,
@@ -210,6 +210,37 @@ impl Kind {
             Self::Strain => "mm/mm, %, um/m, microstrain",
         }
     }
+}
+
+/// The symbol of a unit that is written as a word, in any capitals.
+///
+/// Words that mean something else at the end of a name are none: the second, a meter, a micrometer.
+fn symbol(word: &str) -> Option<&'static str> {
+    // Longer than any of them.
+    const LONGEST: usize = 12;
+    if !(3..=LONGEST).contains(&word.len()) {
+        return None;
+    }
+    Some(match word.to_ascii_lowercase().as_str() {
+        "newton" | "newtons" => "N",
+        "kilonewton" | "kilonewtons" => "kN",
+        "pounds" => "lbf",
+        "metres" | "meters" => "m",
+        "centimetre" | "centimetres" | "centimeter" | "centimeters" => "cm",
+        "millimetre" | "millimetres" | "millimeter" | "millimeters" => "mm",
+        "micron" | "microns" | "micrometre" | "micrometres" | "micrometers" => "um",
+        "inch" | "inches" => "in",
+        "seconds" | "sekunden" | "secondes" | "segundos" | "secondi" => "s",
+        "milliseconds" => "ms",
+        "minutes" | "minuten" => "min",
+        "hours" | "stunden" => "h",
+        "day" | "days" => "d",
+        "degrees" => "deg",
+        "radians" => "rad",
+        "percent" => "%",
+        "celsius" => "degC",
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
@@ -264,6 +295,26 @@ mod tests {
             for unit in kind.units().split(", ") {
                 assert!(kind.si_factor(unit).is_some(), "{kind:?} {unit}");
             }
+        }
+    }
+
+    #[test]
+    fn words_are_units_in_any_capitals() {
+        for (kind, word, unit) in [
+            (Kind::Displacement, "Microns", "um"),
+            (Kind::Displacement, "Millimeters", "mm"),
+            (Kind::Force, "NEWTONS", "N"),
+            (Kind::Force, "Pounds", "lbf"),
+            (Kind::Angle, "Degrees", "deg"),
+            (Kind::Time, "Sekunden", "s"),
+        ] {
+            assert_eq!(kind.si_factor(word), kind.si_factor(unit), "{word}");
+        }
+        for word in ["second", "meter", "micrometer", "Microns per"] {
+            assert!(
+                Kind::ALL.iter().all(|kind| kind.si_factor(word).is_none()),
+                "{word}"
+            );
         }
     }
 }

@@ -21,6 +21,8 @@ pub(super) enum ColumnRole {
     Date,
     Time,
     Temperature,
+    /// Specimens, of parts.
+    Configuration,
     /// Values of this variable of the robot.
     Joint(String),
 }
@@ -52,6 +54,7 @@ impl fmt::Display for ColumnRole {
             Self::Date => "date",
             Self::Time => "time",
             Self::Temperature => "temperature",
+            Self::Configuration => "configuration",
             Self::Joint(name) => return write!(f, "joint.{name}"),
         })
     }

@@ -6,7 +6,7 @@ use super::columns::ColumnRole;
 use crate::readings::Conversion;
 use crate::table_files::keywords::{
     BRANCH, DIRECTION, DISPLACEMENT, DISPLACEMENT_LETTERS, FORCE, MOMENT, NOT_READ, POSE, REPEAT,
-    ROTATION, STRAIN, STRESS, TEMPERATURE, TIME, has, plain, words_of,
+    ROTATION, SPECIMEN, STRAIN, STRESS, TEMPERATURE, TIME, has, plain, words_of,
 };
 use crate::table_files::{FileColumn, StampKind};
 
@@ -73,6 +73,11 @@ pub(super) fn roles_of(
     let of_kind = |kind| unit.is_some_and(|unit| is_of(kind, unit));
     if column.is_numeric && of_kind(Kind::Time) {
         return vec![(ColumnRole::Time, sure(TIME).unwrap_or(1))];
+    }
+    if !read.has_joints
+        && let Some(sure) = sure(SPECIMEN).filter(|_| unit.is_none())
+    {
+        return vec![(ColumnRole::Configuration, sure)];
     }
     if !column.is_numeric {
         // What tells joined files and sheets apart.

@@ -25,6 +25,10 @@ pub(crate) const STRESS: &str = "stress spannung contrainte tensione esfuerzo te
 /// Strain, or an angle.
 pub(crate) const STRAIN: &str = "strain dehnung deformazione odksztalcenie angle winkel angolo angulo kat uhel szog aci угол 应变 ひずみ 角度";
 
+/// A specimen of several.
+pub(crate) const SPECIMEN: &str = "specimen probe prufling prufkorper eprouvette echantillon campione provino muestra probeta probka vzorek \
+     numune образец 试样 試験片";
+
 /// Position of a point in the axes of a tracker.
 pub(crate) const POSITION: &str = "position pos posicion posizione lage koordinate coordinate coord tracker smr tcp pozycja положение 坐标 座標 位置";
 

@@ -28,10 +28,20 @@ pub(super) fn is_unit_cell(text: &str) -> bool {
 /// The text in brackets around it; `None` without brackets.
 pub(super) fn in_brackets(text: &str) -> Option<&str> {
     let of = |open, close| Some(text.strip_prefix(open)?.strip_suffix(close)?.trim());
-    of('[', ']')
-        .or_else(|| of('(', ')'))
-        .filter(|inner| !inner.contains(['[', ']', '(', ')']))
+    let mut pairs = BRACKETS.into_iter();
+    pairs
+        .find_map(|(open, close)| of(open, close))
+        .filter(|inner| {
+            !inner.contains(|c| {
+                BRACKETS
+                    .iter()
+                    .any(|(open, close)| c == *open || c == *close)
+            })
+        })
 }
+
+/// Brackets around a unit, those of full width among them.
+const BRACKETS: [(char, char); 4] = [('[', ']'), ('(', ')'), ('（', '）'), ('［', '］')];
 
 /// A header into the name and the unit in it: `Load (kN)`, `Kraft [N]`, `Weg in mm`, `F / N`, `force_N`, `Force N`.
 pub(super) fn name_and_unit(header: &str) -> (&str, Option<&str>) {
@@ -42,7 +52,7 @@ fn split(header: &str) -> Option<(&str, &str)> {
     // Longer than any unit: a remark.
     const LONGEST_UNIT: usize = 8;
     // `Force (N) Run #1`: what stands behind the unit is of the name, and the whole names the column.
-    for (open, close) in [('[', ']'), ('(', ')')] {
+    for (open, close) in BRACKETS {
         let inner = header
             .split_once(open)
             .and_then(|(name, rest)| Some((name, rest.split_once(close)?)));
@@ -54,7 +64,7 @@ fn split(header: &str) -> Option<(&str, &str)> {
             return Some((header, unit.trim()));
         }
     }
-    for (open, close) in [('[', ']'), ('(', ')')] {
+    for (open, close) in BRACKETS {
         let Some(rest) = header.strip_suffix(close) else {
             continue;
         };
@@ -64,6 +74,8 @@ fn split(header: &str) -> Option<(&str, &str)> {
         return (!name.is_empty() && !unit.is_empty() && (short || is_unit(unit)))
             .then_some((name, unit));
     }
+    // What MATLAB makes of brackets: `Force_N_`.
+    let header = header.trim_end_matches('_');
     // `strain_um_m` and `d_per_m` are in no unit that stands at their end.
     let is_ratio = |name: &str| {
         let last = name.rsplit(['_', ' ', '/']).next().unwrap_or(name);
@@ -74,7 +86,8 @@ fn split(header: &str) -> Option<(&str, &str)> {
         .find_map(|mark| {
             // The longest unit that ends the name.
             header.match_indices(mark).find_map(|(place, mark)| {
-                let (name, unit) = (header[..place].trim(), header[place + mark.len()..].trim());
+                let name = header[..place].trim().trim_end_matches('_');
+                let unit = header[place + mark.len()..].trim();
                 (!name.is_empty() && is_unit(unit) && !is_ratio(name)).then_some((name, unit))
             })
         })
@@ -99,6 +112,12 @@ mod tests {
             ("Load (Channel 1 of 2)", "Load (Channel 1 of 2)", None),
             ("Load (tonf)", "Load", Some("tonf")),
             ("Last [t]", "Last", Some("t")),
+            ("Force_N_", "Force", Some("N")),
+            ("Temperature__C_", "Temperature", Some("C")),
+            ("力（N）", "力", Some("N")),
+            ("変位［mm］", "変位", Some("mm")),
+            ("Travel Microns", "Travel", Some("Microns")),
+            ("run_", "run_", None),
             ("delta_t", "delta_t", None),
             ("strain_um_m", "strain_um_m", None),
             ("d_per_m", "d_per_m", None),
