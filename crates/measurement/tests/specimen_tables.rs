@@ -726,6 +726,19 @@ fn loads_by_hand_show_no_machine() {
 }
 
 #[test]
+fn steps_that_make_the_answer_rise_evenly_are_still_what_was_set() {
+    // Beyond its preload the part is four times softer, and the travel was set in steps four times as long.
+    let mut table = "F_N,d_um\n".to_owned();
+    for step in 0..60 {
+        let noise = 0.2 * (f64::from(step) * 2.4).sin();
+        let travel = 20.0 * f64::from(step.min(30) + 4 * (step - 30).max(0));
+        writeln!(table, "{:.3},{travel:.1}", f64::from(step) + noise).unwrap();
+    }
+    let read = read(&table).unwrap();
+    assert!(read.assumptions.contains(&SpecimenAssumption::LoadsWereSet));
+}
+
+#[test]
 fn one_sweep_goes_one_way_at_one_rate() {
     let table = |rates: [f64; 2], turn: usize| {
         let mut table = "r,F_N,d_um\n".to_owned();

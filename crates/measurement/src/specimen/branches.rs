@@ -74,9 +74,15 @@ pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
 }
 
 /// Share of the range of values that noise alone may come back by; 0 where they are too few, or no noise shows.
+fn share_of_noise(values: &[f64]) -> f64 {
+    let share = NOISE * scatter(values);
+    if share <= LARGEST_NOISE { share } else { 0.0 }
+}
+
+/// Standard deviation of the noise of values as a share of their range; 0 where they are too few.
 ///
 /// Fourth differences take any slow change away; the median of their sizes is that of noise even where a few are corners of the path.
-fn share_of_noise(values: &[f64]) -> f64 {
+pub(super) fn scatter(values: &[f64]) -> f64 {
     let fourth = values
         .windows(5)
         .map(|w| 0.5 * (w[0] + w[4]) - 2.0 * (w[1] + w[3]) + 3.0 * w[2]);
@@ -93,8 +99,7 @@ fn share_of_noise(values: &[f64]) -> f64 {
     let sd = 2.0 * median / (70_f64.sqrt() * NORMAL_MEDIAN_DEVIATION);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let share = NOISE * sd / (high - low);
-    if share <= LARGEST_NOISE { share } else { 0.0 }
+    sd / (high - low)
 }
 
 /// Whether the path goes up to its first turn, or to its end; one that goes nowhere goes away from the origin.

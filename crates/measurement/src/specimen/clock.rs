@@ -5,7 +5,7 @@
 
 use stiffbench_numeric::statistics::LeastSquaresLine;
 
-use super::branches::follow;
+use super::branches::{follow, scatter};
 use super::options::TURN_SHARE;
 use super::response::ResponseVariable;
 use super::table::{SpecimenReading, SpecimenTable};
@@ -40,6 +40,7 @@ impl ResponseVariable {
 }
 
 /// The response of a table that the clock shows: one quantity is a ramp or a sine of time between its turning points, and the other clearly is not.
+/// What was set does not scatter more than what was read, each in its own range: steps that are chosen so that the answer rises evenly make no ramp of it.
 ///
 /// # Arguments
 /// - `turn_share`: share of a run's range by which the path must come back before a turn counts.
@@ -50,7 +51,12 @@ pub(super) fn response_by_clock(
     let both = [ResponseVariable::Displacement, ResponseVariable::Force];
     let mut shown = both.into_iter().filter(|response| {
         let off = off_the_clock(table, *response, turn_share);
+        let scatter = |quantity: ResponseVariable| {
+            let values = table.readings.iter().map(|one| quantity.of_driver(one));
+            scatter(&values.collect::<Vec<f64>>())
+        };
         off.is_some_and(|[set, answer]| set < FOLLOWS && CLEARLY * set < answer)
+            && scatter(*response) <= scatter(response.other())
     });
     let first = shown.next();
     first.filter(|_| shown.next().is_none())
@@ -146,13 +152,15 @@ fn off_lines(
         }
     }
     let readings: usize = parts.iter().map(Vec::len).sum();
-    let range = |quantity: ResponseVariable| {
-        let values = table.readings.iter().map(|one| quantity.of_driver(one));
-        let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-        ends.1 - ends.0
-    };
-    let off = |place: usize| (squares[place] / readings as f64).sqrt() / range(quantities[place]);
+    let off =
+        |place: usize| (squares[place] / readings as f64).sqrt() / range(table, quantities[place]);
     Some([off(0), off(1)]).filter(|off| off.iter().all(|off| off.is_finite()))
+}
+
+fn range(table: &SpecimenTable, quantity: ResponseVariable) -> f64 {
+    let values = table.readings.iter().map(|one| quantity.of_driver(one));
+    let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    ends.1 - ends.0
 }
