@@ -201,6 +201,7 @@ impl Candidates<'_, '_> {
             found.omnibus = omnibus(problem, &found.after, &found.left)?;
             found.shares = found.shares_of(problem)?;
         }
+        search.put_largest_first(&mut found)?;
         Ok((found, critical))
     }
 }
@@ -388,6 +389,31 @@ impl ForwardProblem for LawSearch<'_, '_> {
 }
 
 impl LawSearch<'_, '_> {
+    /// Puts what explains most of the misfit first, whatever was found first. Of equal whole percents, as they are printed, the order stays: it is
+    /// that of the evidence.
+    fn put_largest_first(&self, found: &mut SearchResult) -> Result<(), MismatchError> {
+        let percent = |place: &usize| {
+            let shares = &found.shares.each[*place];
+            let share = shares.share_of_misfit.or(shares.share_unseen);
+            (100.0 * share.unwrap_or(0.0)).round()
+        };
+        let mut order: Vec<usize> = (0..found.resolved.len()).collect();
+        order.sort_by(|a, b| percent(b).total_cmp(&percent(a)));
+        if order.is_sorted() {
+            return Ok(());
+        }
+        let problem = self.candidates.problem;
+        let known = problem.known_effects.len();
+        let mut model = found.after.fitted.model.clone();
+        let own = model.effects.split_off(known);
+        (model.effects).extend(order.iter().map(|&place| own[place].clone()));
+        found.after = problem.state_of(model, KnownNoise::Given(found.after.noise))?;
+        let resolved = order.iter().map(|&place| found.resolved[place].clone());
+        found.resolved = resolved.collect();
+        found.shares = found.shares_of(problem)?;
+        Ok(())
+    }
+
     /// For each effect of a state the candidates that could stand in its place.
     ///
     /// # Arguments
