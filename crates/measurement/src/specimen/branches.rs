@@ -14,9 +14,23 @@ pub(crate) struct Path {
     pub(super) shuffled: bool,
     /// Share of its range by which it had to come back for a turn.
     pub(super) turn_share: f64,
+    /// Share of its range within which values count as held.
+    held_share: f64,
 }
 
 impl Path {
+    /// The first place from `start` on whose value is that of `end`: from there on it is held.
+    pub(super) fn reached(&self, values: &[f64], start: usize, end: usize) -> usize {
+        let ends = values.iter().copied();
+        let [low, high] = [
+            ends.clone().fold(f64::INFINITY, f64::min),
+            ends.fold(f64::NEG_INFINITY, f64::max),
+        ];
+        let least = self.held_share * (high - low);
+        let is_there = |place: &usize| (values[*place] - values[end]).abs() <= least;
+        (start..end).find(is_there).unwrap_or(end)
+    }
+
     /// Number of cycles, each once away and back.
     pub(super) fn cycles(&self) -> u32 {
         (self.turns.len() as u32).div_ceil(2)
@@ -31,19 +45,22 @@ const LARGEST_NOISE: f64 = 0.25;
 
 /// The branches of the values of one run, in order of measurement.
 ///
-/// A turn counts when the path comes back from its extreme by more than `turn_share` of its range and by more than noise would; the extreme itself still belongs
-/// to what went before. Away from `origin` is loading, towards it unloading, so that a cycle through both signs has two of each. With a
+/// A turn counts when the path comes back from its extreme by more than `turn_share` of its range and by more than noise would; the extreme itself, and
+/// what is held there, still belongs to what went before. Away from `origin` is loading, towards it unloading, so that a cycle through both signs has two of each. With a
 /// turn in more than a third of the values the loads came in shuffled order and everything is loading: a branch needs three readings
 /// to be one.
 pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
-    let turn_share = turn_share.max(share_of_noise(values));
-    let turns = turning_points(values, turn_share);
+    let noise_share = share_of_noise(values);
+    let turn_share = turn_share.max(noise_share);
+    let held_share = noise_share / 2.0;
+    let turns = turning_points(values, turn_share, held_share);
     if turns.len() * 3 > values.len() {
         return Path {
             branches: vec![Branch::Loading; values.len()],
             turns: Vec::new(),
             shuffled: true,
             turn_share,
+            held_share,
         };
     }
     let mut rising = starts_rising(values, turns.first().copied(), origin);
@@ -70,6 +87,7 @@ pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
         turns,
         shuffled: false,
         turn_share,
+        held_share,
     }
 }
 
@@ -112,16 +130,25 @@ fn starts_rising(values: &[f64], first_turn: Option<usize>, origin: f64) -> bool
     }
 }
 
-/// Places of the extremes from which the path comes back by more than `turn_share` of its range.
-fn turning_points(values: &[f64], turn_share: f64) -> Vec<usize> {
+/// Places of the extremes from which the path comes back by more than `turn_share` of its range; of an extreme that is held the last, where values
+/// within `held_share` of the range count as held.
+fn turning_points(values: &[f64], turn_share: f64, held_share: f64) -> Vec<usize> {
     let Some(first) = values.first() else {
         return Vec::new();
     };
     let low = values.iter().copied().fold(*first, f64::min);
     let high = values.iter().copied().fold(*first, f64::max);
     // Halves, because the range of two finite numbers need not be finite.
-    let least = turn_share * (0.5 * high - 0.5 * low);
-    let beyond = |from: f64, to: f64| (0.5 * to - 0.5 * from) > least;
+    let half_range = 0.5 * high - 0.5 * low;
+    let by_more = |share: f64, from: f64, to: f64| (0.5 * to - 0.5 * from) > share * half_range;
+    let beyond = |from: f64, to: f64| by_more(turn_share, from, to);
+    let last_held = |extreme: usize, back: usize| {
+        let is_held = |index: &usize| {
+            let [value, extreme] = [values[*index], values[extreme]];
+            !by_more(held_share, value, extreme) && !by_more(held_share, extreme, value)
+        };
+        (extreme..back).rev().find(is_held).unwrap_or(extreme)
+    };
     let mut turns = Vec::new();
     // The highest and the lowest value since the last turn; their order gives the direction.
     let (mut lowest, mut highest) = (0, 0);
@@ -137,12 +164,12 @@ fn turning_points(values: &[f64], turn_share: f64) -> Vec<usize> {
             None if beyond(values[lowest], value) => rising = Some(true),
             None if beyond(value, values[highest]) => rising = Some(false),
             Some(true) if beyond(value, values[highest]) => {
-                turns.push(highest);
+                turns.push(last_held(highest, index));
                 rising = Some(false);
                 lowest = index;
             }
             Some(false) if beyond(values[lowest], value) => {
-                turns.push(lowest);
+                turns.push(last_held(lowest, index));
                 rising = Some(true);
                 highest = index;
             }
@@ -177,6 +204,25 @@ mod tests {
         assert_eq!(letters(&[], 0.0, 0.05), "");
         assert_eq!(letters(&[3.0, 3.0], 0.0, 0.05), "ll");
         assert_eq!(letters(&[-3.0], 0.0, 0.05), "l");
+    }
+
+    #[test]
+    fn a_held_extreme_is_loading_to_its_last_reading() {
+        assert_eq!(
+            letters(&[0.0, 10.0, 20.0, 20.0, 20.0, 10.0, 0.0], 0.0, 0.05),
+            "llllluu"
+        );
+        // Held with the noise of the gauge.
+        let noise = |k: usize| 0.05 * (k as f64 * 2.399).sin();
+        let ramp = (0..20).map(f64::from);
+        let hold = std::iter::repeat_n(20.0, 30);
+        let cycle = ramp.clone().chain(hold).chain(ramp.rev());
+        let noisy: Vec<f64> = cycle
+            .enumerate()
+            .map(|(k, value)| value + noise(k))
+            .collect();
+        let turns = follow(&noisy, 0.0, 0.05).turns;
+        assert!(matches!(turns[..], [46..=49]), "{turns:?}");
     }
 
     #[test]
@@ -227,7 +273,7 @@ mod tests {
             0.0, 35.0, 70.0, 60.0, 50.0, 30.0, 40.0, 50.0, 70.0, 40.0, 20.0, 0.0,
         ];
         assert_eq!(letters(&path, 0.0, 0.05), "llluuullluuu");
-        assert_eq!(turning_points(&path, 0.05), [2, 5, 8]);
+        assert_eq!(turning_points(&path, 0.05, 0.0), [2, 5, 8]);
     }
 
     #[test]

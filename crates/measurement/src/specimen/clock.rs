@@ -108,15 +108,19 @@ fn off_the_clock(
         let readings: Vec<usize> = (0..table.readings.len()).filter(of_run).collect();
         let value = |place: &usize| response.of_driver(&table.readings[*place]);
         let driver: Vec<f64> = readings.iter().map(value).collect();
-        let turns = follow(&driver, response.origin(&driver), turn_share).turns;
+        let path = follow(&driver, response.origin(&driver), turn_share);
+        let turns = &path.turns;
         let ends: Vec<usize> = [&[0], &turns[..], &[driver.len().saturating_sub(1)]].concat();
         let parts = ends.windows(2).enumerate();
         for (place, ends) in parts.filter(|(_, ends)| ends[1] >= ends[0] + FEWEST) {
-            let part = readings[ends[0]..=ends[1]].to_vec();
             if place > 0 && place < turns.len() {
-                half_waves.push(part.clone());
+                half_waves.push(readings[ends[0]..=ends[1]].to_vec());
             }
-            ramps.push(part);
+            // A ramp ends where its end is reached: what is held there is none.
+            let reached = path.reached(&driver, ends[0], ends[1]);
+            if reached >= ends[0] + FEWEST {
+                ramps.push(readings[ends[0]..=reached].to_vec());
+            }
         }
     }
     let clock = clock_of(table);
