@@ -34,6 +34,9 @@ pub(super) struct ProcedureArgs {
         allow_hyphen_values = true
     )]
     loads_n: Option<Vec<f64>>,
+    /// Rated load, N: the loads of the procedure in proportion, so that the largest has this size
+    #[arg(long, value_name = "N", conflicts_with = "loads_n")]
+    rated_load_n: Option<f64>,
     /// Repeats [default: the procedure's]
     #[arg(long)]
     repeats: Option<u32>,
@@ -102,6 +105,7 @@ pub(super) fn single_loads(
         ("--procedure", args.procedure.is_some()),
         ("--directions", args.directions.is_some()),
         ("--force-tolerance-n", args.force_tolerance_n.is_some()),
+        ("--rated-load-n", args.rated_load_n.is_some()),
     ];
     refuse_given(&series, "it belongs to series of loads", |_| {
         format!("leave it out, or leave out {option}")
@@ -138,6 +142,9 @@ pub(super) fn resolve_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<
     if let Some(loads_n) = &args.loads_n {
         procedure = procedure.with_loads(loads_n.clone());
     }
+    if let Some(rated_n) = args.rated_load_n {
+        procedure = with_rated_load(procedure, rated_n)?;
+    }
     if let Some(repeats) = args.repeats {
         procedure.repeats = repeats;
     }
@@ -146,4 +153,23 @@ pub(super) fn resolve_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<
     }
     procedure.check()?;
     Ok((procedure, warnings))
+}
+
+/// The procedure with its loads in proportion, the largest of the size of the rated load.
+fn with_rated_load(procedure: Procedure, rated_n: f64) -> Result<Procedure, ArgumentError> {
+    let largest = procedure
+        .loads_n
+        .iter()
+        .fold(0.0_f64, |most, load| most.max(load.abs()));
+    if !(rated_n > 0.0 && rated_n.is_finite() && largest > 0.0) {
+        return Err(ArgumentError::new(
+            format!("--rated-load-n {rated_n}"),
+            "a rated load is a force above zero",
+            "--rated-load-n 100",
+        ));
+    }
+    // In units of a thousandth, as an operator can set.
+    let share = |load: &f64| (1e3 * load / largest * rated_n).round() / 1e3;
+    let loads = procedure.loads_n.iter().map(share).collect();
+    Ok(procedure.with_loads(loads))
 }

@@ -69,6 +69,7 @@ const COMMON: &[Common] = &[
     ("poses", &["POSES"], &["poses, comma-separated"]),
     ("procedure", &["NAME|FILE"], &["procedure file"]),
     ("protocols", &["FOLDER"], &["folder with your own descriptions"]),
+    ("rated-load-n", &["N"], &["rated load"]),
     ("reason", &["TEXT"], &["why the report is replaced"]),
     ("repeats", &["REPEATS"], &["repeats"]),
     ("robot", &["NAME|FILE"], &["name of a shipped robot, or a robot file"]),
