@@ -9,8 +9,8 @@ use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::readings::Reading;
 use crate::reported::Reported;
 use crate::statistics::{Estimate, mean, standard_deviation};
-use crate::stiffness::Branches;
-use crate::test_point::{Direction, PoseId};
+use crate::stiffness::{Branches, GaugePair, GaugeTerms, Hysteresis, HysteresisReport};
+use crate::test_point::{Branch, Direction, PoseId};
 
 use super::data::LoadedSession;
 
@@ -38,6 +38,8 @@ pub struct VectorStiffness {
     pub along_m_per_n: Option<Estimate>,
     /// Displacement along x, y, z at the largest load per that load from the zero of the gauges, m/N, averaged over the runs.
     pub at_largest_m_per_n: [Option<Estimate>; 3],
+    /// The loop of the displacement along the load; `None` if no load was read in both branches, or along all axes that the load has.
+    pub hysteresis: Option<HysteresisReport>,
 }
 
 /// Metres per newton in a micrometre per newton.
@@ -60,6 +62,9 @@ pub struct VectorStiffnessCell {
     pub compliance: AxisValues,
     /// Stiffness along the load, the inverse of the compliance along it.
     pub stiffness: Reported,
+    /// The loop between loading and unloading of the displacement along the load; not there where no load was read in both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<HysteresisReport>,
 }
 
 /// Values along the base axes.
@@ -87,12 +92,6 @@ impl AxisValues {
 
 impl From<&VectorStiffness> for VectorStiffnessCell {
     fn from(cell: &VectorStiffness) -> Self {
-        let inverse = cell.along_m_per_n.filter(|along| along.value != 0.0);
-        let inverse = inverse.map(|along| Estimate {
-            value: 1.0 / along.value,
-            standard_uncertainty: along.standard_uncertainty / along.value.powi(2),
-            dof: along.dof,
-        });
         Self {
             pose: cell.pose.clone(),
             direction: cell.direction.clone(),
@@ -100,14 +99,26 @@ impl From<&VectorStiffness> for VectorStiffnessCell {
             runs: cell.runs,
             readings: cell.readings,
             compliance: AxisValues::new(&cell.compliance_m_per_n, UM_PER_N, "um/N"),
-            stiffness: match &inverse {
-                Some(inverse) => Reported::from_estimate(inverse, N_PER_UM, "N/um"),
-                None => Reported::missing(
-                    "N/um",
-                    "the load has a component along an axis that was not read",
-                ),
-            },
+            stiffness: stiffness_along(cell.along_m_per_n),
+            hysteresis: cell.hysteresis.clone(),
         }
+    }
+}
+
+/// The inverse of a compliance along the load.
+fn stiffness_along(compliance_m_per_n: Option<Estimate>) -> Reported {
+    let along = compliance_m_per_n.filter(|along| along.value != 0.0);
+    let inverse = along.map(|along| Estimate {
+        value: 1.0 / along.value,
+        standard_uncertainty: along.standard_uncertainty / along.value.powi(2),
+        dof: along.dof,
+    });
+    match &inverse {
+        Some(inverse) => Reported::from_estimate(inverse, N_PER_UM, "N/um"),
+        None => Reported::missing(
+            "N/um",
+            "the load has a component along an axis that was not read",
+        ),
     }
 }
 
@@ -118,8 +129,73 @@ impl LoadedSession {
     /// The calibration of the gauges is not in the uncertainty.
     #[must_use]
     pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffness> {
+        let mut found = self.compliances_of(|branch| branches.include(branch));
+        let of_branches = [Branch::Loading, Branch::Unloading];
+        let of_branches = of_branches.map(|own| self.compliances_of(|branch| branch == own));
+        for cell in &mut found {
+            let is_own = |other: &&VectorStiffness| {
+                (&other.pose, &other.direction) == (&cell.pose, &cell.direction)
+            };
+            let stiffness = of_branches.each_ref().map(|all| {
+                let own = all.iter().find(is_own);
+                stiffness_along(own.and_then(|own| own.along_m_per_n))
+            });
+            let loops = self.loop_along(cell);
+            cell.hysteresis = loops.map(|found| HysteresisReport::new(&found, stiffness));
+        }
+        found
+    }
+
+    /// The loop of the displacement along a load.
+    fn loop_along(&self, cell: &VectorStiffness) -> Option<Hysteresis> {
+        let table = &self.table;
+        let is_of_cell = |load: &&[Reading]| {
+            let is_one = |one: &Reading| {
+                one.is_accepted() && one.force_n.is_finite() && one.displacement_m.is_finite()
+            };
+            load[0].pose == cell.pose
+                && table.load_name(&load[0]) == cell.direction
+                && load.iter().all(is_one)
+        };
+        let along = |load: &[Reading]| {
+            let axes = Direction::ALL.into_iter().zip(cell.unit);
+            let axes = axes.filter(|(_, share)| share.abs() > NO_COMPONENT);
+            let parts = axes.map(|(axis, share)| {
+                let read = load.iter().find(|one| one.direction == axis)?;
+                Some(share * read.displacement_m)
+            });
+            Some(Reading {
+                displacement_m: parts.sum::<Option<f64>>()?,
+                ..load[0].clone()
+            })
+        };
+        let loads = table.loads().filter(is_of_cell);
+        let readings: Vec<Reading> = loads.map(along).collect::<Option<_>>()?;
+        let readings: Vec<&Reading> = readings.iter().collect();
+        let first = readings.first()?;
+        Hysteresis::of(&first.cell(), &readings, &self.gauges_along(cell.unit))
+    }
+
+    /// The force gauge, and the displacement gauge of the axis that the load has most of, as far as the session states them.
+    fn gauges_along(&self, unit: [f64; 3]) -> GaugePair {
+        let share = |axis: &&Direction| unit[axis.index()].abs();
+        let most = Direction::ALL
+            .iter()
+            .max_by(|a, b| share(a).total_cmp(&share(b)));
+        let instruments = self.header.as_ref().map(|header| &header.instruments);
+        let of_axis = most.zip(instruments);
+        let of_axis = of_axis.and_then(|(axis, own)| own.displacement_along[axis.index()].as_ref());
+        let terms = |record| GaugeTerms::of(record).unwrap_or_default();
+        GaugePair {
+            force: terms(instruments.and_then(|own| own.force.as_ref())),
+            displacement: terms(of_axis),
+        }
+    }
+
+    /// The compliances of some branches, without loops.
+    fn compliances_of(&self, includes: impl Fn(Branch) -> bool) -> Vec<VectorStiffness> {
         let mut table = self.table.clone();
-        let counts = |one: &Reading| one.is_accepted() && branches.include(one.branch);
+        let counts = |one: &Reading| one.is_accepted() && includes(one.branch);
         table.readings.retain(counts);
         let header = self.header.as_ref();
         let slopes = CellSlopes::new(Observations::new(&table, header));
@@ -176,6 +252,7 @@ impl LoadedSession {
                 compliance_m_per_n: [0, 1, 2].map(along_axis),
                 along_m_per_n: estimate(unit),
                 at_largest_m_per_n: at_largest(&loads, preload_n.unwrap_or(0.0)),
+                hysteresis: None,
             }
         };
         groups.into_iter().map(of_group).collect()

@@ -6,10 +6,12 @@ use std::borrow::Cow;
 
 use stiffbench_document::{Document, Table};
 
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::quantity::{
+    METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
+};
 use crate::reported::Reported;
 use crate::stiffness::{
-    CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, StiffnessAgreement,
+    CellChange, Comparison, DECISION_RULE, LoopChange, NotCompared, OverallTest, StiffnessAgreement,
 };
 use crate::test_point::{Direction, PoseId};
 
@@ -26,6 +28,9 @@ pub struct ComparisonReport {
     pub cells: Vec<CellDifference>,
     /// The others.
     pub not_compared: Vec<CellNotCompared>,
+    /// Widths of the loops between loading and unloading of the cells that have one in both; no part of the verdict.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<LoopDifference>,
     /// All cells together; `null` without cells.
     pub overall: Option<OverallTest>,
     /// Whether the sessions agree.
@@ -55,6 +60,24 @@ pub struct CellDifference {
     pub en_ratio: f64,
     /// Whether the cell differs by itself: Holm's rule at 2.5 % over all cells, which is stricter than a ratio beyond 1.
     pub differs: bool,
+}
+
+/// The width of the loop of one cell in two sessions, at the load at which it is largest in A.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct LoopDifference {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Target force.
+    #[serde(rename = "target_N")]
+    pub target_n: f64,
+    /// Width in A.
+    pub a: Reported,
+    /// Width in B.
+    pub b: Reported,
+    /// B minus A, with the uncertainty at this load.
+    pub difference: Reported,
 }
 
 /// A difference with its uncertainty.
@@ -98,6 +121,7 @@ impl ComparisonReport {
                     reason: reason_words(*reason).into(),
                 })
                 .collect(),
+            loops: comparison.loops.iter().map(Into::into).collect(),
             overall: comparison.overall,
             verdict: comparison.agreement,
             headline: verdict_sentence(comparison),
@@ -146,6 +170,7 @@ impl ComparisonReport {
             "U is the expanded uncertainty of the difference for 95 %: without any change, |B - A|/U exceeds 1 in one of twenty cells. \
              A cell differs if its difference is too large for chance, given the number of cells.",
         );
+        document.section("Hysteresis", self.loops_document());
         for left_out in &self.not_compared {
             let CellNotCompared {
                 pose,
@@ -163,6 +188,32 @@ impl ComparisonReport {
             ));
         }
         document.paragraph(format!("Rule: {}", self.rule));
+        document
+    }
+
+    /// How the widths of the loops differ; nothing without any.
+    fn loops_document(&self) -> Document {
+        let mut document = Document::new();
+        if self.loops.is_empty() {
+            return document;
+        }
+        let with_u = |value: &Reported, one: &LoopDifference| {
+            value_and_u([value.value, one.difference.expanded_uncertainty], 3, "-")
+        };
+        document.table(
+            Table::of(&self.loops)
+                .words("pose", |one| &one.pose)
+                .words("direction", |one| &one.direction)
+                .numbers("at, N", |one| one.target_n)
+                .numbers("width of A, µm", |one| with_u(&one.a, one)[0].clone())
+                .numbers("width of B, µm", |one| with_u(&one.b, one)[0].clone())
+                .numbers("B - A, µm", |one| with_u(&one.difference, one)[0].clone())
+                .numbers("U", |one| with_u(&one.difference, one)[1].clone()),
+        );
+        document.paragraph(
+            "Width of the loop between loading and unloading, at the load at which it is largest in A. U holds for one cell; \
+             the widths are no part of the verdict.",
+        );
         document
     }
 
@@ -211,6 +262,20 @@ impl CellDifference {
             },
             en_ratio: change.en_ratio,
             differs: change.differs,
+        }
+    }
+}
+
+impl From<&LoopChange> for LoopDifference {
+    fn from(change: &LoopChange) -> Self {
+        let exact = |m: f64| Reported::exact(m / METRES_PER_MICROMETRE, "um");
+        Self {
+            pose: change.cell.pose.clone(),
+            direction: change.cell.direction,
+            target_n: change.target_n,
+            a: exact(change.a_m),
+            b: exact(change.b_m),
+            difference: Reported::from_estimate(&change.change_m, METRES_PER_MICROMETRE, "um"),
         }
     }
 }

@@ -5,6 +5,7 @@ mod appendix;
 mod data_findings;
 mod detection_limits;
 mod known_effects;
+mod loops;
 mod noise;
 mod open_questions;
 mod page;

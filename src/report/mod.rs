@@ -19,6 +19,7 @@ mod figures;
 mod fit;
 mod fit_report;
 mod fitted;
+mod hysteresis;
 mod import;
 mod instrument;
 mod map;
@@ -41,7 +42,9 @@ mod vector_stiffness;
 
 pub use crate::analysis::VectorStiffnessCell;
 pub use axis_words::plane_column_heads;
-pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
+pub use compare::{
+    CellDifference, CellNotCompared, ComparisonReport, LoopDifference, MeasuredDifference,
+};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 use data_checks::{factor_words, table_mistake_words, usual_unit};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};

@@ -10,6 +10,7 @@ use crate::stiffness::{
     BudgetRow, CellStiffness, Flag, Method, PooledScatter, RowUse, StiffnessTable,
 };
 
+use super::hysteresis::hysteresis_document;
 use super::text::{or_dash, significant, value_and_u};
 use crate::count::{counted, degrees_of_freedom};
 
@@ -85,10 +86,20 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
             skipped.cell, skipped.reason
         ));
     }
+    document.section("Hysteresis", loops_document(table));
     if with_budget {
         document.section("Uncertainty budget", budget_document(table));
     }
     document
+}
+
+/// The loops of the cells that were read in both branches.
+pub(super) fn loops_document(table: &StiffnessTable) -> Document {
+    let loops = table.cells.iter().filter_map(|row| {
+        let [pose, direction] = [row.cell.pose.to_string(), row.cell.direction.to_string()];
+        Some((pose, direction, row.hysteresis_report()?))
+    });
+    hysteresis_document(&loops.collect::<Vec<_>>())
 }
 
 /// What the columns of the table are.

@@ -9,6 +9,7 @@ use crate::analysis::{AxisValues, VectorStiffness, VectorStiffnessCell};
 use crate::reported::Reported;
 use crate::test_point::PoseId;
 
+use super::hysteresis::hysteresis_document;
 use super::text::value_and_u;
 
 /// Metres per newton in a millimetre per newton.
@@ -76,6 +77,12 @@ impl VectorStiffnessReport {
              U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines; \
              calibration is not included. A dash: no gauge along this axis.",
         );
+        let loops = self.cells.iter().filter_map(|cell| {
+            let found = cell.hysteresis.clone()?;
+            Some((cell.pose.to_string(), cell.direction.clone(), found))
+        });
+        let loops: Vec<_> = loops.collect();
+        document.section("Hysteresis", hysteresis_document(&loops));
         if let Some(rows) = &self.static_compliance {
             document.paragraph("Static compliance (ISO 9283), mm/N in the base frame");
             document.table(static_compliance(rows));

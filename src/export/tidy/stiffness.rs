@@ -4,8 +4,10 @@ use serde_json::{Value, json};
 
 use crate::analysis::VectorStiffnessCell;
 use crate::stiffness::{
-    BudgetRowReport, FlagReport, LoadMeanReport, StiffnessCellReport, StiffnessReport,
+    BudgetRowReport, FlagReport, HysteresisReport, LoadMeanReport, LoopWidthReport,
+    StiffnessCellReport, StiffnessReport,
 };
+use crate::test_point::PoseId;
 
 use super::table::FieldKind::{self, Integer, Number, Text};
 use super::table::{TidyColumn, TidyTable};
@@ -112,7 +114,71 @@ const VECTOR_STIFFNESS: &[ColumnPlan<VectorStiffnessCell, VectorStiffnessCell>] 
     ("reason", Text, "", "Why a value or its uncertainty is missing", |cell, _| json!(cell.stiffness.reason)),
 ];
 
-/// The stiffness of every pose and direction, its uncertainty budget, the means of each load and the flags.
+/// The loop of a pose and direction with their names.
+struct NamedLoop {
+    pose: PoseId,
+    direction: String,
+    found: HysteresisReport,
+}
+
+#[rustfmt::skip]
+const HYSTERESIS: &[ColumnPlan<NamedLoop, NamedLoop>] = &[
+    ("pose", Text, "", "Pose of the robot", |cell, _| json!(cell.pose)),
+    ("direction", Text, "", "Direction of the load", |cell, _| json!(cell.direction)),
+    ("loops", Integer, "", "Number of loops", |cell, _| json!(cell.found.n_loops)),
+    ("largest_width_um", Number, "um", "Largest width: displacement while unloading less that while loading at the same measured force, positive where it lags behind", |cell, _| json!(cell.found.largest.width.value)),
+    ("largest_width_lower_um", Number, "um", "Lower end of its 95 % interval, which holds over all loads at once", |cell, _| json!(cell.found.largest.width.ci95.map(|ends| ends[0]))),
+    ("largest_width_upper_um", Number, "um", "Upper end of its 95 % interval", |cell, _| json!(cell.found.largest.width.ci95.map(|ends| ends[1]))),
+    ("largest_width_at_N", Number, "N", "Target force at which the width is largest", |cell, _| json!(cell.found.largest.target_n)),
+    ("residual_um", Number, "um", "Displacement that remains without load", |cell, _| json!(cell.found.residual_displacement.value)),
+    ("residual_expanded_U_um", Number, "um", "Expanded uncertainty of residual_um, 95 %", |cell, _| json!(cell.found.residual_displacement.expanded_uncertainty)),
+    ("lost_motion_um", Number, "um", "Distance of the middle of both branches between +3 and -3 % of the largest load", |cell, _| json!(cell.found.lost_motion.value)),
+    ("lost_motion_expanded_U_um", Number, "um", "Expanded uncertainty of lost_motion_um, 95 %", |cell, _| json!(cell.found.lost_motion.expanded_uncertainty)),
+    ("stiffness_loading_N_per_um", Number, "N/um", "Inverse slope while loading", |cell, _| json!(cell.found.stiffness_loading.value)),
+    ("stiffness_loading_expanded_U_N_per_um", Number, "N/um", "Its expanded uncertainty, 95 %", |cell, _| json!(cell.found.stiffness_loading.expanded_uncertainty)),
+    ("stiffness_unloading_N_per_um", Number, "N/um", "Inverse slope while unloading", |cell, _| json!(cell.found.stiffness_unloading.value)),
+    ("stiffness_unloading_expanded_U_N_per_um", Number, "N/um", "Its expanded uncertainty, 95 %", |cell, _| json!(cell.found.stiffness_unloading.expanded_uncertainty)),
+    ("energy_uJ", Number, "uJ", "Energy lost in a loop", |cell, _| json!(cell.found.energy.value)),
+    ("energy_expanded_U_uJ", Number, "uJ", "Expanded uncertainty of energy_uJ, 95 %", |cell, _| json!(cell.found.energy.expanded_uncertainty)),
+    ("reason", Text, "", "Why there is no lost motion", |cell, _| json!(cell.found.lost_motion.reason)),
+];
+
+#[rustfmt::skip]
+const LOOP_WIDTHS: &[ColumnPlan<NamedLoop, LoopWidthReport>] = &[
+    ("pose", Text, "", "Pose of the robot", |cell, _| json!(cell.pose)),
+    ("direction", Text, "", "Direction of the load", |cell, _| json!(cell.direction)),
+    ("target_N", Number, "N", "Target force", |_, row| json!(row.target_n)),
+    ("force_N", Number, "N", "Force at which the branches are compared", |_, row| json!(row.force_n)),
+    ("width_um", Number, "um", "Displacement while unloading less that while loading", |_, row| json!(row.width.value)),
+    ("u_um", Number, "um", "Standard uncertainty of width_um", |_, row| json!(row.width.standard_uncertainty)),
+    ("expanded_U_um", Number, "um", "Expanded uncertainty of width_um, 95 %, of this load alone", |_, row| json!(row.width.expanded_uncertainty)),
+    ("degrees_of_freedom", Number, "", "Effective degrees of freedom; empty: infinite or not known", |_, row| json!(row.width.dof)),
+];
+
+/// The loops between loading and unloading, and their width at each load; nothing without any.
+fn loop_tables(loops: &[NamedLoop]) -> Vec<TidyTable> {
+    if loops.is_empty() {
+        return Vec::new();
+    }
+    let widths = loops
+        .iter()
+        .flat_map(|one| one.found.widths.iter().map(move |width| (one, width)));
+    let titles = [
+        "Loop between loading and unloading of one pose and direction",
+        "Width of the loop at one load in one pose and direction",
+    ];
+    vec![
+        table(
+            "hysteresis",
+            titles[0],
+            HYSTERESIS,
+            loops.iter().map(|one| (one, one)),
+        ),
+        table("loop_widths", titles[1], LOOP_WIDTHS, widths),
+    ]
+}
+
+/// The stiffness of every pose and direction, its uncertainty budget, the means of each load the flags, and the loops between loading and unloading.
 #[must_use]
 pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
     let cells = || result.cells.iter();
@@ -128,7 +194,7 @@ pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
         "One load in one pose and direction",
         "One finding in the readings",
     ];
-    vec![
+    let mut tables = vec![
         table(
             "stiffness",
             titles[0],
@@ -138,7 +204,16 @@ pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
         table("budget", titles[1], BUDGET, budgets),
         table("loads", titles[2], LOADS, loads),
         table("flags", titles[3], FLAGS, flags),
-    ]
+    ];
+    let loops = cells().filter_map(|cell| {
+        Some(NamedLoop {
+            pose: cell.pose.clone(),
+            direction: cell.direction.to_string(),
+            found: cell.hysteresis.clone()?,
+        })
+    });
+    tables.extend(loop_tables(&loops.collect::<Vec<_>>()));
+    tables
 }
 
 /// The compliance of every pose and direction of a session with displacement gauges along the base axes.
@@ -146,7 +221,16 @@ pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
 pub fn vector_stiffness_tables(cells: &[VectorStiffnessCell]) -> Vec<TidyTable> {
     let title = "Compliance of one pose under load in one direction";
     let rows = cells.iter().map(|cell| (cell, cell));
-    vec![table("stiffness", title, VECTOR_STIFFNESS, rows)]
+    let mut tables = vec![table("stiffness", title, VECTOR_STIFFNESS, rows)];
+    let loops = cells.iter().filter_map(|cell| {
+        Some(NamedLoop {
+            pose: cell.pose.clone(),
+            direction: cell.direction.clone(),
+            found: cell.hysteresis.clone()?,
+        })
+    });
+    tables.extend(loop_tables(&loops.collect::<Vec<_>>()));
+    tables
 }
 
 fn table<'r, C: 'r, R: 'r>(

@@ -15,6 +15,7 @@ use super::answer::{Accused, DiagnosisAnswer, phrase_of};
 use super::appendix::appendix;
 use super::data_findings::{bad_readings, bad_readings_first};
 use super::known_effects::known_effects;
+use super::loops::loop_words;
 use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{likelier, listed, location, one_in, phrase, strength};
 use super::sessions::sessions;
@@ -254,6 +255,9 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
         "Weak signs, which chance may have made",
         answers.iter().filter(is_weak).collect(),
     );
+    if let Some(words) = loop_words(report) {
+        section.paragraph(words);
+    }
     let beginnings = &report.diagnosis.beginnings;
     for sentence in beginnings.in_words(|load| report.subject.load(load)) {
         section.paragraph(sentence);

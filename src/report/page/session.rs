@@ -12,7 +12,7 @@ use crate::analysis::{
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, SessionHeader};
-use crate::report::stiffness::{budget_document, flag_lines};
+use crate::report::stiffness::{budget_document, flag_lines, loops_document};
 use crate::report::{VectorStiffnessReport, significant};
 use crate::session::{OmittedReadings, SessionPlan};
 use crate::stiffness::{Branches, StiffnessTable, is_factor_of_limits};
@@ -73,7 +73,7 @@ pub struct PageSession {
     /// Their uncertainty.
     #[serde(skip)]
     pub budget: Document,
-    /// Further results: compliance along the axes of the base.
+    /// Further results: compliance along the axes of the base, loops between loading and unloading.
     #[serde(skip)]
     pub further: Document,
     /// Procedure, operator, place, environment.
@@ -125,6 +125,7 @@ impl PageSession {
         }
         page.results = table.cells.iter().map(PageCell::from).collect();
         page.budget = budget_document(&table);
+        page.further.section("Hysteresis", loops_document(&table));
         page.deviations = deviations(session, &table, history.as_ref());
         page.numbers = Some(table);
         Ok(page)

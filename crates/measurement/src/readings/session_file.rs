@@ -160,6 +160,9 @@ pub struct InstrumentRecord {
     pub expanded_uncertainty: Option<f64>,
     /// Coverage factor k of that uncertainty.
     pub k: Option<f64>,
+    /// Largest difference between its readings of one value while that grows and while it falls, N or m: the reversibility of ISO 376, the
+    /// hysteresis of ISO 463.
+    pub reversibility: Option<f64>,
     /// Number of the certificate.
     pub certificate: Option<String>,
     /// Day of the calibration.

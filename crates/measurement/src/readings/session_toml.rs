@@ -205,6 +205,7 @@ fn read_instrument(
             k if k > 0.0 => Ok(k),
             _ => Err(value.wrong("a number above zero")),
         })?,
+        reversibility: at_least_zero(section, "reversibility", kind)?,
         certificate: section.read("certificate", TomlValue::text_or_digits)?,
         calibrated: section.read("calibrated", day)?,
         due: section.read("due", day)?,
@@ -247,6 +248,8 @@ fn instrument_table(record: &InstrumentRecord, unit: &str, shift: i32) -> Table 
     put_number(&mut table, &key("resolution"), record.resolution, shift);
     put_number(&mut table, &key("U"), record.expanded_uncertainty, shift);
     put_number(&mut table, "k", record.k, 0);
+    let reversibility = key("reversibility");
+    put_number(&mut table, &reversibility, record.reversibility, shift);
     put(&mut table, "certificate", record.certificate.as_deref());
     put(&mut table, "calibrated", record.calibrated.map(date));
     put(&mut table, "due", record.due.map(date));

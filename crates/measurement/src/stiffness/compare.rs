@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::estimate::Method;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::statistics::{
-    chi_squared_upper_tail, normal_quantile, student_t_quantile, welch_satterthwaite,
+    Estimate, chi_squared_upper_tail, normal_quantile, student_t_quantile, welch_satterthwaite,
 };
 use stiffbench_units_and_text::test_point::Cell;
 
@@ -57,6 +57,47 @@ pub struct CellChange {
     pub en_ratio: f64,
     /// Whether this cell differs by itself, the number of cells allowed for (Holm at 2.5 %).
     pub differs: bool,
+}
+
+/// Change of the width of a cell's loop from table a to table b, at the load at which it is largest in a.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopChange {
+    /// Pose and direction.
+    pub cell: Cell,
+    /// The load, N.
+    pub target_n: f64,
+    /// Width in a, m.
+    pub a_m: f64,
+    /// Width in b, m.
+    pub b_m: f64,
+    /// b minus a, m.
+    pub change_m: Estimate,
+}
+
+impl LoopChange {
+    /// `None` without a loop in one of the two, or where b was not read at the load.
+    fn new(a: &CellStiffness, b: &CellStiffness) -> Option<Self> {
+        let [loop_a, loop_b] = [a.hysteresis.as_ref()?, b.hysteresis.as_ref()?];
+        let target_n = loop_a.largest.target_n;
+        let [a_m, b_m] = [loop_a, loop_b].map(|found| {
+            let mut widths = found.widths.iter();
+            let width = widths.find(|width| width.target_n == target_n)?;
+            Some(width.width_m)
+        });
+        let (a_m, b_m) = a_m.zip(b_m)?;
+        let parts = [a_m, b_m].map(|width| (width.standard_uncertainty, width.dof));
+        Some(Self {
+            cell: a.cell.clone(),
+            target_n,
+            a_m: a_m.value,
+            b_m: b_m.value,
+            change_m: Estimate {
+                value: b_m.value - a_m.value,
+                standard_uncertainty: a_m.standard_uncertainty.hypot(b_m.standard_uncertainty),
+                dof: welch_satterthwaite(&parts),
+            },
+        })
+    }
 }
 
 /// Why a cell was not compared.
@@ -116,6 +157,8 @@ pub struct Comparison {
     pub changes: Vec<CellChange>,
     /// The others, with the reason.
     pub not_compared: Vec<(Cell, NotCompared)>,
+    /// Widths of the loops of cells that have one in both.
+    pub loops: Vec<LoopChange>,
     /// The test over all cells; `None` without cells, or if a change has an uncertainty of zero.
     pub overall: Option<OverallTest>,
     /// The answer by `DECISION_RULE`.
@@ -151,12 +194,14 @@ pub fn compare(
         b.cells.iter().map(|row| (&row.cell, row)).collect();
     let cells_of_a: HashSet<&Cell> = a.cells.iter().map(|row| &row.cell).collect();
     let mut changes = Vec::new();
+    let mut loops = Vec::new();
     let mut not_compared = Vec::new();
     for row in &a.cells {
         let Some(other) = rows_of_b.get(&row.cell) else {
             not_compared.push((row.cell.clone(), NotCompared::OnlyInA));
             continue;
         };
+        loops.extend(LoopChange::new(row, other));
         match change(row, other, same) {
             Some(change) => changes.push(change),
             None => not_compared.push((row.cell.clone(), NotCompared::NoUncertainty)),
@@ -172,6 +217,7 @@ pub fn compare(
     Comparison {
         changes,
         not_compared,
+        loops,
         overall,
         agreement,
     }

@@ -42,6 +42,7 @@ pub struct GaugeTerms {
     resolution_is_read_off: bool,
     expanded_uncertainty: Option<f64>,
     coverage_factor: Option<f64>,
+    reversibility: Option<f64>,
 }
 
 impl GaugeTerms {
@@ -79,7 +80,17 @@ impl GaugeTerms {
             resolution_is_read_off: false,
             expanded_uncertainty,
             coverage_factor,
+            reversibility: None,
         })
+    }
+
+    /// The same with the largest difference between its readings of one value while that grows and while it falls.
+    #[must_use]
+    pub fn with_reversibility(self, reversibility: Option<f64>) -> Self {
+        Self {
+            reversibility,
+            ..self
+        }
     }
 
     /// Terms that the record of a gauge states, if there is one.
@@ -88,7 +99,8 @@ impl GaugeTerms {
     /// As [`GaugeTerms::new`].
     pub fn of(record: Option<&InstrumentRecord>) -> Result<Self, StiffnessError> {
         record.map_or(Ok(Self::default()), |record| {
-            Self::new(record.resolution, record.expanded_uncertainty, record.k)
+            let terms = Self::new(record.resolution, record.expanded_uncertainty, record.k)?;
+            Ok(terms.with_reversibility(record.reversibility))
         })
     }
 
@@ -114,6 +126,12 @@ impl GaugeTerms {
             },
             None => self,
         }
+    }
+
+    /// Largest difference between its readings of one value while that grows and while it falls, N or m.
+    #[must_use]
+    pub fn reversibility(&self) -> Option<f64> {
+        self.reversibility
     }
 
     /// Expanded uncertainty U of the certificate, N or m.

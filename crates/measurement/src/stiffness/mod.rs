@@ -22,6 +22,8 @@ mod flag_tests;
 mod flags;
 mod gauges;
 mod grouping;
+mod hysteresis;
+mod hysteresis_report;
 mod line;
 mod outliers;
 #[cfg(test)]
@@ -43,7 +45,7 @@ mod zeros;
 pub use budget::{Budget, StiffnessEstimate};
 pub use budget_row::{BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 pub use compare::{
-    CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, SameGauges,
+    CellChange, Comparison, DECISION_RULE, LoopChange, NotCompared, OverallTest, SameGauges,
     StiffnessAgreement, compare,
 };
 pub use covariance::{LnParts, LnStiffnessCovariance};
@@ -53,6 +55,8 @@ pub use estimate::{Method, ScatterBasis, stiffness_value};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits, read_off_words};
 pub use grouping::LeftOut;
+pub use hysteresis::{Hysteresis, LargestWidth, LoopWidth, NoHysteresis};
+pub use hysteresis_report::{HysteresisReport, LargestWidthReport, LoopWidthReport};
 pub use line::{LineFit, NoStiffness, RunSums, TypeA};
 pub use report::{
     BudgetRowReport, FlagReport, LeftOutReport, LoadMeanReport, PooledScatterReport,

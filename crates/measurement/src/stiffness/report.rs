@@ -10,6 +10,7 @@ use super::budget_row::{BudgetRow, Distribution, EvaluationType, RowUse, Uncerta
 use super::curve::{Branches, LoadMean};
 use super::estimate::ScatterBasis;
 use super::flags::Flag;
+use super::hysteresis_report::HysteresisReport;
 use super::line::{LineFit, NoStiffness};
 use super::straight_part::StraightPart;
 use super::table::{CellStiffness, StiffnessTable};
@@ -108,6 +109,9 @@ pub struct StiffnessCellReport {
     pub flags: Vec<FlagReport>,
     /// The loads that lie on a straight line, where repeats show that not all of them do.
     pub straight_part: Option<StraightPartReport>,
+    /// The loop between loading and unloading; not there where no load was read in both branches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<HysteresisReport>,
 }
 
 /// Stiffness of a part of the loads, chosen after the curve was seen.
@@ -302,7 +306,18 @@ impl From<&CellStiffness> for StiffnessCellReport {
                 .iter()
                 .find_map(Flag::straight_part)
                 .map(Into::into),
+            hysteresis: row.hysteresis_report(),
         }
+    }
+}
+
+impl CellStiffness {
+    /// The loop between loading and unloading in units of files and print; `None` if no load was read in both.
+    #[must_use]
+    pub fn hysteresis_report(&self) -> Option<HysteresisReport> {
+        let branches = self.branches.each_ref().map(reported_stiffness);
+        let found = self.hysteresis.as_ref()?;
+        Some(HysteresisReport::new(found, branches))
     }
 }
 

@@ -11,6 +11,7 @@ use super::estimate::{Elsewhere, Method, paper_stiffness, regression_stiffness};
 use super::flags::Flag;
 use super::gauges::GaugePair;
 use super::grouping::{LeftOut, group_by_cell};
+use super::hysteresis::Hysteresis;
 use super::line::{LineFit, NoStiffness};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
@@ -20,7 +21,7 @@ use super::zeros::ZeroDrifts;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
 use stiffbench_units_and_text::count::counted;
-use stiffbench_units_and_text::test_point::Cell;
+use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 /// What the stiffness is computed from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,6 +49,10 @@ pub struct CellStiffness {
     pub line: Result<LineFit, NoStiffness>,
     /// What looks wrong.
     pub flags: Vec<Flag>,
+    /// The loop between loading and unloading, whichever branches the stiffness is of; `None` if no load was read in both.
+    pub hysteresis: Option<Hysteresis>,
+    /// 1/slope while loading and while unloading.
+    pub branches: [Result<StiffnessEstimate, NoStiffness>; 2],
 }
 
 impl CellStiffness {
@@ -246,6 +251,20 @@ impl BudgetContext<'_> {
         Ok(combine(&bare, &self.inputs(work)))
     }
 
+    /// 1/slope of each branch.
+    fn branches(
+        &self,
+        cell: &Cell,
+        readings: &[&Reading],
+    ) -> [Result<StiffnessEstimate, NoStiffness>; 2] {
+        [Branch::Loading, Branch::Unloading].map(|branch| {
+            let own = readings.iter().copied().filter(|one| one.branch == branch);
+            let own: Vec<&Reading> = own.collect();
+            let work = CellWork::new(cell.clone(), &own, Branches::Both);
+            self.regression(&work)
+        })
+    }
+
     /// The loads of a cell that lie on a line, though not all of them do.
     fn straight_part(&self, readings: &[&Reading]) -> Option<StraightPart> {
         let (inside, ends_n) = straight_readings(readings, self.branches, self.gauges)?;
@@ -268,7 +287,10 @@ fn finish(mut work: CellWork, readings: &[&Reading], known: &BudgetContext<'_>) 
         let flag = work.not_straight(known.gauges, expanded_n_per_m, part);
         work.flags.extend(flag);
     }
+    let hysteresis = Hysteresis::of(&work.curve.cell, readings, known.gauges);
     CellStiffness {
+        branches: known.branches(&work.curve.cell, readings),
+        hysteresis,
         n_runs: work.curve.runs.len(),
         n_zeros: work.curve.n_zeros,
         paper,
@@ -286,7 +308,7 @@ mod tests {
     use crate::readings::ReadingStatus;
     use crate::stiffness::sample::{SimulatedBench, cell, reading};
     use crate::stiffness::{GaugeTerms, ScatterBasis};
-    use stiffbench_units_and_text::test_point::{Branch, Direction};
+    use stiffbench_units_and_text::test_point::Direction;
 
     fn table(readings: &[Reading]) -> StiffnessTable {
         stiffness_table(readings, &GaugePair::default(), StiffnessOptions::default())
