@@ -121,6 +121,21 @@ struct NamedLoop {
     found: HysteresisReport,
 }
 
+impl NamedLoop {
+    /// `None` of a cell without a loop.
+    fn new(
+        pose: &PoseId,
+        direction: &impl ToString,
+        found: Option<&HysteresisReport>,
+    ) -> Option<Self> {
+        Some(Self {
+            pose: pose.clone(),
+            direction: direction.to_string(),
+            found: found?.clone(),
+        })
+    }
+}
+
 #[rustfmt::skip]
 const HYSTERESIS: &[ColumnPlan<NamedLoop, NamedLoop>] = &[
     ("pose", Text, "", "Pose of the robot", |cell, _| json!(cell.pose)),
@@ -156,7 +171,8 @@ const LOOP_WIDTHS: &[ColumnPlan<NamedLoop, LoopWidthReport>] = &[
 ];
 
 /// The loops between loading and unloading, and their width at each load; nothing without any.
-fn loop_tables(loops: &[NamedLoop]) -> Vec<TidyTable> {
+fn loop_tables(loops: impl Iterator<Item = NamedLoop>) -> Vec<TidyTable> {
+    let loops: Vec<NamedLoop> = loops.collect();
     if loops.is_empty() {
         return Vec::new();
     }
@@ -205,14 +221,9 @@ pub fn stiffness_tables(result: &StiffnessReport) -> Vec<TidyTable> {
         table("loads", titles[2], LOADS, loads),
         table("flags", titles[3], FLAGS, flags),
     ];
-    let loops = cells().filter_map(|cell| {
-        Some(NamedLoop {
-            pose: cell.pose.clone(),
-            direction: cell.direction.to_string(),
-            found: cell.hysteresis.clone()?,
-        })
-    });
-    tables.extend(loop_tables(&loops.collect::<Vec<_>>()));
+    tables.extend(loop_tables(cells().filter_map(|cell| {
+        NamedLoop::new(&cell.pose, &cell.direction, cell.hysteresis.as_ref())
+    })));
     tables
 }
 
@@ -222,14 +233,9 @@ pub fn vector_stiffness_tables(cells: &[VectorStiffnessCell]) -> Vec<TidyTable> 
     let title = "Compliance of one pose under load in one direction";
     let rows = cells.iter().map(|cell| (cell, cell));
     let mut tables = vec![table("stiffness", title, VECTOR_STIFFNESS, rows)];
-    let loops = cells.iter().filter_map(|cell| {
-        Some(NamedLoop {
-            pose: cell.pose.clone(),
-            direction: cell.direction.clone(),
-            found: cell.hysteresis.clone()?,
-        })
-    });
-    tables.extend(loop_tables(&loops.collect::<Vec<_>>()));
+    tables.extend(loop_tables(cells.iter().filter_map(|cell| {
+        NamedLoop::new(&cell.pose, &cell.direction, cell.hysteresis.as_ref())
+    })));
     tables
 }
 
