@@ -105,14 +105,6 @@ pub(crate) fn scored_beginnings(
     Ok(best.map(|(_, begun)| begun))
 }
 
-/// The same problem with other readings.
-fn on<'p: 'o, 'o>(
-    problem: &DiagnosisProblem<'p>,
-    observations: &'o Observations,
-) -> DiagnosisProblem<'o> {
-    DiagnosisProblem::new(problem.baseline, observations).with_known_effects(&problem.known_effects)
-}
-
 /// Largest fall of the squares by any shape of any law, seen from a state.
 pub(crate) fn largest_fall(
     problem: &DiagnosisProblem<'_>,
@@ -120,7 +112,7 @@ pub(crate) fn largest_fall(
     state: &State,
     options: &SearchOptions,
 ) -> Result<f64, MismatchError> {
-    let problem = on(problem, observations);
+    let problem = problem.with_readings(observations);
     let memo = CandidateMemo::default();
     let scores = Candidates::new(&problem, &memo).score_laws(state, &options.without)?;
     let best = best_shapes(&scores.seen).into_iter().flatten();
@@ -180,7 +172,7 @@ pub(crate) fn fitted_beginnings(
                 fitted,
                 ..state.clone()
             };
-            let log_bayes = log_bayes_over((&on(problem, &begun), &there), (problem, found))?;
+            let log_bayes = log_bayes_over((&problem.with_readings(&begun), &there), (problem, found))?;
             let least = best.as_ref().map_or(STRONG_EVIDENCE, |(most, _)| *most);
             if log_bayes > least && begun.beginnings != problem.observations.beginnings {
                 best = Some((log_bayes, begun));
@@ -273,7 +265,7 @@ fn best_of_order(
             }
         }
         let there = begun(&loads);
-        let problem = on(problem, &there);
+        let problem = problem.with_readings(&there);
         let refit = problem.refit(&state.whitening);
         let Some(fitted) = refit.fit(&mut problem.predictor(), &best.model) else {
             return Ok(None);
@@ -290,7 +282,7 @@ fn left_in_stretches(
     model: &Model,
     begun: &Observations,
 ) -> Result<Vec<f64>, MismatchError> {
-    let problem = on(problem, begun);
+    let problem = problem.with_readings(begun);
     let refit = problem.refit(&state.whitening);
     let left = refit.residuals(&mut problem.predictor(), model)?;
     let squares = |readings: std::ops::Range<usize>| match &left {

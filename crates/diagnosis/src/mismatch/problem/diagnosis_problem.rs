@@ -1,6 +1,6 @@
 //! The problem: readings and a baseline, models fitted to them, and the white space in which candidates are compared.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use stiffbench_beams::physics::Effect;
 
@@ -11,7 +11,7 @@ use super::place_scales::PlaceScales;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{WeightedFit, step_of};
 use super::state::State;
-use crate::mismatch::baselines::{Baseline, prior_sd, start};
+use crate::mismatch::baselines::{Baseline, StructureColumn, prior_sd, start};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{
     EstimatedNoise, ForceReading, KnownNoise, NoiseCovariance, RoundedNoise, estimate_noise,
@@ -54,6 +54,8 @@ pub(crate) struct DiagnosisProblem<'a> {
     /// Physics of the model itself: in every model, first among its effects.
     pub(crate) known_effects: Arc<[Effect]>,
     idle: Arc<IdleSolvers<'a>>,
+    /// What springs would change about the start: the same for all readings.
+    springs: Arc<OnceLock<Arc<[StructureColumn]>>>,
     pub(crate) memo: Arc<FitMemo>,
 }
 
@@ -65,7 +67,20 @@ impl<'a> DiagnosisProblem<'a> {
             observations,
             known_effects: Arc::default(),
             idle: Arc::default(),
+            springs: Arc::default(),
             memo: Arc::default(),
+        }
+    }
+
+    /// The same problem with other readings of the same poses.
+    pub(crate) fn with_readings<'o>(&self, observations: &'o Observations) -> DiagnosisProblem<'o>
+    where
+        'a: 'o,
+    {
+        DiagnosisProblem {
+            known_effects: Arc::clone(&self.known_effects),
+            springs: Arc::clone(&self.springs),
+            ..DiagnosisProblem::new(self.baseline, observations)
         }
     }
 
@@ -96,8 +111,9 @@ impl<'a> DiagnosisProblem<'a> {
             let start = self.start();
             let linearised = self.predictor().linearised(&start.parameters, &[]);
             let mut linearised = linearised.unwrap_or_default();
-            let springs = self.baseline.spring_columns(&start.parameters);
-            linearised.columns = springs.unwrap_or_default().into();
+            let springs = || self.baseline.spring_columns(&start.parameters);
+            let springs = || springs().unwrap_or_default().into();
+            linearised.columns = Arc::clone(self.springs.get_or_init(springs));
             PlaceScales::new(self.observations, &linearised)
         })
     }
