@@ -24,10 +24,12 @@ pub(super) fn loop_words(report: &DiagnosisReport) -> Option<String> {
     let measured = |place: usize| traced[place].displacement_m;
     let loops = cells.iter().filter_map(|(cell, places)| {
         let found = loop_of(cell, traced, places, measured)?;
-        let [least, _] = found.largest.interval_m?;
+        let [low, high] = found.largest.interval_m?;
+        // A force that lags behind a displacement that was set is smaller on the way back.
+        let least = low.max(-high);
         (least > 0.0).then_some((*cell, places, found.largest, least))
     });
-    let (cell, places, largest, _) = loops.max_by(|a, b| a.3.total_cmp(&b.3))?;
+    let (widest, places, largest, _) = loops.max_by(|a, b| a.3.total_cmp(&b.3))?;
     let known = report.diagnosis.known_effects.len();
     let given = report
         .trace
@@ -35,7 +37,7 @@ pub(super) fn loop_words(report: &DiagnosisReport) -> Option<String> {
         .iter()
         .skip(known)
         .filter_map(|effect| {
-            let found = loop_of(cell, traced, places, |place| effect.change_m[place])?;
+            let found = loop_of(widest, traced, places, |place| effect.change_m[place])?;
             let is_there = |width: &&LoopWidth| width.target_n == largest.target_n;
             let width_m = found.widths.iter().find(is_there)?.width_m.value;
             // The lag of the effect alone has the sign of the effect, which may act against the load.
@@ -46,16 +48,23 @@ pub(super) fn loop_words(report: &DiagnosisReport) -> Option<String> {
             })?;
             let phrase = phrase_of(finding);
             let width = report.subject.reading(width_m);
-            (width_m >= SAID * largest.width_m).then(|| format!("{phrase} gives {width} of it"))
+            (width_m >= SAID * largest.width_m.abs())
+                .then(|| format!("{phrase} gives {width} of it"))
         });
     let given: Vec<String> = given.collect();
     if given.is_empty() {
         return None;
     }
-    let width = report.subject.reading(largest.width_m);
+    let width = report.subject.reading(largest.width_m.abs());
     let load = report.subject.load(largest.target_n);
+    let single_part = report.is_of_part() && cells.len() == 1;
+    let place = if single_part {
+        String::new()
+    } else {
+        format!("in {widest} ")
+    };
     Some(format!(
-        "The loop between loading and unloading is widest in {cell} at {load}: {width}. {}.",
+        "The loop between loading and unloading is widest {place}at {load}: {width}. {}.",
         capital(&given.join("; "))
     ))
 }

@@ -1,10 +1,11 @@
 //! The loop between loading and unloading of one cell, as numbers with their uncertainty.
 //!
 //! Width: displacement while unloading less displacement while loading at the same measured force, positive where the displacement lags behind
-//! the force. A loop is one application of the loads, up and down; the scatter of the loops is that of the gauges, of the forces through the slopes
-//! of the branches, and of the part. Drift and creep are not taken off.
+//! the force. A loop is one application of the loads, up and down, of both signs where both were applied; the scatter of the loops is that of the
+//! gauges, of the forces through the slopes of the branches, and of the part. Drift and creep are not taken off. The branches of a continuous record
+//! are compared at shares of the largest load.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use thiserror::Error;
 
@@ -27,6 +28,26 @@ const LOST_MOTION_AT: f64 = 0.03;
 /// interpolated. Stated.
 const NEAR: f64 = 0.011;
 
+/// Loads at which the branches of a continuous record are compared, as shares of the largest, and as many of the other sign (1). The last one is
+/// where the loop turns, and has no width. Definition.
+const LEVELS: [f64; 11] = [
+    LOST_MOTION_AT,
+    0.1,
+    0.2,
+    0.3,
+    0.4,
+    0.5,
+    0.6,
+    0.7,
+    0.8,
+    0.9,
+    1.0,
+];
+
+/// Number of loads in a cell above which they were not aimed at one by one: of a continuous record some come again by chance, or by the step of the
+/// display. Stated.
+const MOST_LOADS: usize = 40;
+
 /// Share of the largest load by which the ends of a closed loop may differ (1). Stated.
 const CLOSED_WITHIN: f64 = 0.02;
 
@@ -37,7 +58,7 @@ pub struct Hysteresis {
     pub n_loops: usize,
     /// Width at each load that was read in both branches, by growing size of the load.
     pub widths: Vec<LoopWidth>,
-    /// The largest of these widths.
+    /// The largest of these widths by size.
     pub largest: LargestWidth,
     /// Displacement that remains without load, the width at no load, m.
     pub residual_m: Result<Estimate, NoHysteresis>,
@@ -52,7 +73,7 @@ pub struct Hysteresis {
 /// Width of a loop at one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopWidth {
-    /// The load that was aimed at, N.
+    /// The load that was aimed at, of a continuous record a share of the largest, N.
     pub target_n: f64,
     /// Force at which both branches are compared: the mean of those measured, N.
     pub force_n: f64,
@@ -63,11 +84,11 @@ pub struct LoopWidth {
 /// The largest width of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestWidth {
-    /// The load that was aimed at, N.
+    /// The load of that width, N.
     pub target_n: f64,
     /// The width there, m.
     pub width_m: f64,
-    /// 95 % interval of the largest width, wherever it is, m: a band that holds over all loads at once (Bonferroni). `None` without repeats.
+    /// 95 % interval of the largest width of that sign, wherever it is, m: a band that holds over all loads at once (Bonferroni). `None` without repeats.
     pub interval_m: Option<[f64; 2]>,
 }
 
@@ -117,8 +138,10 @@ impl Hysteresis {
 impl LargestWidth {
     /// The largest of some widths; `None` if there is none.
     fn of(widths: &[LoopWidth]) -> Option<Self> {
-        let by_width = |a: &&LoopWidth, b: &&LoopWidth| a.width_m.value.total_cmp(&b.width_m.value);
-        let widest = widths.iter().max_by(by_width)?;
+        let size = |width: &LoopWidth| width.width_m.value.abs();
+        let by_size = |a: &&LoopWidth, b: &&LoopWidth| size(a).total_cmp(&size(b));
+        let widest = widths.iter().max_by(by_size)?;
+        let sign = widest.width_m.value.signum();
         let tail = 0.025 / widths.len() as f64;
         let ends = widths.iter().map(|width| {
             let Estimate {
@@ -127,7 +150,8 @@ impl LargestWidth {
                 dof,
             } = width.width_m;
             let half = student_t_quantile(1.0 - tail, dof)? * standard_uncertainty;
-            half.is_finite().then_some([value - half, value + half])
+            let ends = [sign * value - half, sign * value + half];
+            half.is_finite().then_some(ends)
         });
         let ends: Option<Vec<[f64; 2]>> = ends.collect();
         let most = |ends: &[[f64; 2]], end: usize| {
@@ -137,7 +161,11 @@ impl LargestWidth {
         Some(Self {
             target_n: widest.target_n,
             width_m: widest.width_m.value,
-            interval_m: ends.map(|ends| [0, 1].map(|end| most(&ends, end))),
+            interval_m: ends.map(|ends| {
+                let mut interval = [0, 1].map(|end| sign * most(&ends, end));
+                interval.sort_by(f64::total_cmp);
+                interval
+            }),
         })
     }
 }
@@ -154,28 +182,58 @@ struct LoopPoint {
 /// One application of the loads, up and down, in the order of measurement.
 struct Loop {
     points: Vec<LoopPoint>,
-    /// Where each load stands while loading and while unloading, by its bits.
+    /// Those at which branches are compared.
+    stations: Vec<LoopPoint>,
+    /// Where each load stands among these while loading and while unloading, by its bits.
     places: [HashMap<u64, usize>; 2],
 }
 
 impl Loop {
     /// `None` without both branches.
     fn new(points: Vec<LoopPoint>) -> Option<Self> {
-        let mut places = [HashMap::new(), HashMap::new()];
-        for (place, point) in points.iter().enumerate() {
-            let target = point.target_n.to_bits();
-            match point.branch {
-                // Of loads that come again, the loop is where it began and where it ended.
-                Branch::Loading => {
-                    places[0].entry(target).or_insert(place);
-                }
-                Branch::Unloading => {
-                    places[1].insert(target, place);
-                }
-            }
+        let [up, down] = [Branch::Loading, Branch::Unloading]
+            .map(|branch| points.iter().any(|point| point.branch == branch));
+        let stations = points.clone();
+        (up && down).then(|| Self {
+            places: places_of(&stations),
+            points,
+            stations,
+        })
+    }
+
+    /// Compared at [`LEVELS`] of a largest load: each reading stands for the level next to it, and of each branch the nearest counts.
+    fn compare_at_levels(&mut self, largest_n: f64) {
+        // To seven digits, as one would aim.
+        let level = |share: f64| {
+            let exact = share * largest_n;
+            format!("{exact:.6e}").parse().unwrap_or(exact)
+        };
+        let of_side = |sign: f64| LEVELS.iter().map(move |share| level(sign * share));
+        let levels: Vec<f64> = of_side(-1.0).chain([0.0]).chain(of_side(1.0)).collect();
+        let nearest = |force_n: f64| {
+            let off = |level: &f64| (level - force_n).abs();
+            let by_distance = |a: &f64, b: &f64| off(a).total_cmp(&off(b));
+            levels.iter().copied().min_by(by_distance)
+        };
+        self.stations.clear();
+        for branch in self.points.chunk_by(|a, b| a.branch == b.branch) {
+            let station = |level: &f64| {
+                let off = |place: &usize| (branch[*place].force_n - level).abs();
+                let by_distance = |a: &usize, b: &usize| off(a).total_cmp(&off(b));
+                let place = (0..branch.len()).min_by(by_distance)?;
+                let is_turn = level.abs() > 0.95 * largest_n;
+                let stands_for = nearest(branch[place].force_n) == Some(*level) && !is_turn;
+                stands_for.then_some((place, *level))
+            };
+            let mut stations: Vec<_> = levels.iter().filter_map(station).collect();
+            stations.sort_by_key(|(place, _)| *place);
+            let aimed = stations.into_iter().map(|(place, target_n)| LoopPoint {
+                target_n,
+                ..branch[place]
+            });
+            self.stations.extend(aimed);
         }
-        let has_both = places.iter().all(|places| !places.is_empty());
-        has_both.then_some(Self { points, places })
+        self.places = places_of(&self.stations);
     }
 
     /// Where a load stands in both branches.
@@ -187,14 +245,14 @@ impl Loop {
 
     /// Displacement at a force near one of the readings, interpolated towards the neighbour on that side, and the slope taken, m/N.
     fn at_force(&self, place: usize, force_n: f64) -> (f64, f64) {
-        let own = self.points[place];
+        let own = self.stations[place];
         let off = force_n - own.force_n;
         let slope_to = |other: &LoopPoint| {
             let slope = (other.displacement_m - own.displacement_m) / (other.force_n - own.force_n);
             (other.target_n != own.target_n && slope.is_finite()).then_some(slope)
         };
         let neighbours = [place.checked_sub(1), Some(place + 1)];
-        let neighbours = neighbours.map(|place| self.points.get(place?));
+        let neighbours = neighbours.map(|place| self.stations.get(place?));
         let is_beyond = |other: &&LoopPoint| (other.force_n - own.force_n) * off > 0.0;
         let beyond = neighbours.into_iter().flatten().filter(is_beyond);
         let either = neighbours.into_iter().flatten();
@@ -211,6 +269,50 @@ impl Loop {
             });
         pieces.sum()
     }
+}
+
+/// Where each load stands among some readings while loading and while unloading, by its bits: of loads that come again, a loop is where it began
+/// and where it ended.
+fn places_of(points: &[LoopPoint]) -> [HashMap<u64, usize>; 2] {
+    let [mut up, mut down] = [HashMap::new(), HashMap::new()];
+    for (place, point) in points.iter().enumerate() {
+        let target = point.target_n.to_bits();
+        match point.branch {
+            Branch::Loading => {
+                up.entry(target).or_insert(place);
+            }
+            Branch::Unloading => {
+                down.insert(target, place);
+            }
+        }
+    }
+    [up, down]
+}
+
+/// Readings in the order of measurement, split where a load of a sign is applied again.
+fn applications(points: &[LoopPoint]) -> Vec<Vec<LoopPoint>> {
+    let mut all: Vec<Vec<LoopPoint>> = Vec::new();
+    let mut signs: Vec<f64> = Vec::new();
+    for branch in points.chunk_by(|a, b| a.branch == b.branch) {
+        let by_size = |a: &&LoopPoint, b: &&LoopPoint| a.force_n.abs().total_cmp(&b.force_n.abs());
+        let most = branch
+            .iter()
+            .max_by(by_size)
+            .map(|point| point.force_n.signum());
+        let is_again =
+            branch[0].branch == Branch::Loading && most.is_some_and(|most| signs.contains(&most));
+        if is_again || all.is_empty() {
+            all.push(Vec::new());
+            signs.clear();
+        }
+        if branch[0].branch == Branch::Loading {
+            signs.extend(most);
+        }
+        if let Some(last) = all.last_mut() {
+            last.extend(branch);
+        }
+    }
+    all
 }
 
 /// The loops of a cell.
@@ -231,14 +333,30 @@ impl Loops {
                     force_n: point.force_n,
                     displacement_m: point.displacement_m,
                 });
-                all.extend(Loop::new(points.collect()));
+                let points: Vec<LoopPoint> = points.collect();
+                let applications = applications(&points).into_iter();
+                all.extend(applications.filter_map(Loop::new));
             }
         }
-        Self { all }
+        let mut loops = Self { all };
+        let aimed = loops.stations().map(|point| point.target_n.to_bits());
+        let aimed: HashSet<u64> = aimed.collect();
+        if aimed.len() > MOST_LOADS || loops.targets().iter().all(|target| *target == 0.0) {
+            let sizes = loops.points().map(|point| point.force_n.abs());
+            let largest_n = sizes.fold(0.0, f64::max);
+            for one in &mut loops.all {
+                one.compare_at_levels(largest_n);
+            }
+        }
+        loops
     }
 
     fn points(&self) -> impl DoubleEndedIterator<Item = &LoopPoint> {
         self.all.iter().flat_map(|one| &one.points)
+    }
+
+    fn stations(&self) -> impl DoubleEndedIterator<Item = &LoopPoint> {
+        self.all.iter().flat_map(|one| &one.stations)
     }
 
     /// The loads that a loop has in both branches, by their size.
@@ -256,7 +374,7 @@ impl Loops {
 
     /// Whether the displacement grows (1) or falls (-1) with the size of loads of one sign.
     fn response_to(&self, sign: f64) -> f64 {
-        let of_side = || self.points().filter(|point| point.target_n * sign >= 0.0);
+        let of_side = || self.stations().filter(|point| point.target_n * sign >= 0.0);
         let by_size =
             |a: &&LoopPoint, b: &&LoopPoint| a.target_n.abs().total_cmp(&b.target_n.abs());
         match (of_side().min_by(by_size), of_side().max_by(by_size)) {
@@ -267,7 +385,7 @@ impl Loops {
 
     /// Widths at all loads of both branches.
     fn widths(&self, gauges: &GaugePair) -> Vec<LoopWidth> {
-        let last = self.points().rfind(|point| point.target_n != 0.0);
+        let last = self.stations().rfind(|point| point.target_n != 0.0);
         // Without load the loop ends where it was loaded last.
         let last = last.map_or(1.0, |point| point.target_n.signum());
         let lags = [-1.0, 1.0].map(|sign| self.response_to(sign));
@@ -293,7 +411,7 @@ impl Loops {
             .collect();
         let forces = both
             .iter()
-            .flat_map(|(one, places)| places.map(|place| one.points[place].force_n));
+            .flat_map(|(one, places)| places.map(|place| one.stations[place].force_n));
         let force_n = mean(&forces.collect::<Vec<_>>())?;
         let mut slopes = Vec::new();
         let widths = both.iter().map(|(one, places)| {
@@ -552,6 +670,46 @@ mod tests {
         assert_eq!(lost, Err(NoHysteresis::NoSmallLoads));
     }
 
+    /// Loads of a continuous record, -70 N and back in `count` readings each way: none is aimed at.
+    fn ramps(count: i32) -> Vec<f64> {
+        let up = up_and_down(-70.0 / f64::from(count), count);
+        // Not the same loads on the way back.
+        let off = 0.3 * 70.0 / f64::from(count);
+        let shift =
+            |(place, load): (usize, &f64)| load + off * f64::from(u8::from(place > count as usize));
+        up.iter().enumerate().map(shift).collect()
+    }
+
+    #[test]
+    fn a_continuous_record_is_compared_at_shares_of_its_largest_load() {
+        let mut readings = bench(&ramps(100), [4.0, 0.0], [0.0; 3], 1, 1);
+        let mut later = readings.clone();
+        for one in &mut later {
+            one.seq += 1000;
+            one.step += 1000;
+        }
+        readings.extend(later);
+        let found = loop_of(&readings, &GaugePair::default());
+        // Two cycles in one run. 3 % and tenths; where the record ends it is not quite without load.
+        assert_eq!((found.n_loops, found.widths.len()), (2, 11));
+        for width in found.widths.iter().skip(1) {
+            // The slider stands still near both turns, from no load on by its friction and from 70 N back by twice that.
+            let slid = (4.0 - width.force_n).min(70.0 + width.force_n);
+            let expected = COMPLIANCE * 0.5 * slid.min(8.0);
+            assert!(
+                (width.width_m.value - expected).abs() < 0.02e-6,
+                "{width:?}"
+            );
+            assert!((width.force_n - width.target_n).abs() < 0.5, "{width:?}");
+        }
+        let rest = found.residual_m.unwrap();
+        assert!(
+            (rest.value - 0.2e-6).abs() < 0.02e-6,
+            "{:?}",
+            found.widths[0]
+        );
+    }
+
     #[test]
     fn an_open_loop_names_the_line_that_closes_it() {
         let loads: Vec<f64> = up_and_down(-10.0, 7).into_iter().skip(1).collect();
@@ -616,7 +774,7 @@ mod tests {
             .chain(there.map(|n| -n))
             .collect();
         for (size, friction_n) in [0.0, 2.0, 5.0, 20.0].into_iter().enumerate() {
-            for loads in [up_and_down(-10.0, 7), both.clone()] {
+            for loads in [up_and_down(-10.0, 7), ramps(60), both.clone()] {
                 let exact = bench(&loads, [friction_n, 0.0], [0.0; 3], 2, 0);
                 let truth = loop_of(&exact, &GaugePair::default());
                 let (mut widths, mut rest, mut lost, mut band) = (0, 0, 0, 0);
