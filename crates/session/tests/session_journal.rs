@@ -4,8 +4,8 @@ use crate::support::{Rig, short};
 use jiff::Timestamp;
 use proptest::prelude::*;
 use stiffbench_session::{
-    Damage, Event, Gap, Input, Journal, JournalEnd, JournalError, Noted, OperatorEvent,
-    Surroundings, read_journal, write_lines,
+    Damage, Event, Gap, Journal, JournalEnd, JournalError, Noted, OperatorEvent, Surroundings,
+    read_journal, write_lines,
 };
 
 fn journal(texts: &[&str]) -> Vec<u8> {
@@ -324,7 +324,7 @@ fn a_note_at_the_question_for_a_pose_is_on_the_cell_that_is_set_up() {
     rig.leaves_open = "setup";
     rig.until(1000, |rig| rig.machine.view().prompt.is_some());
     let text = Some("the bolt was loose".to_owned());
-    rig.input(Input::Operator(OperatorEvent::Note { text }));
+    rig.operator(OperatorEvent::Note { text });
     let notes = &rig.machine.state().notes;
     assert_eq!(notes[0].1.cell, Some(0));
     assert!(

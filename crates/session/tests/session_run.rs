@@ -6,16 +6,15 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
-use crate::support::{MockBench, csv_without_times, plan, short};
+use crate::support::{MockBench, csv_without_times, plan, resumed, short, started};
 use jiff::Timestamp;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Event, FolderError, FolderHolder, JOURNAL_SCHEMA, JournalEnd, Machine, Noted,
-    Operator, OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
-    SessionState, SessionView, Settings, Started, folder_holder, read_folder, read_journal,
-    recover, run,
+    Answers, Bell, Event, FolderError, FolderHolder, JournalEnd, Machine, Noted, Operator,
+    OperatorEvent, Prompt, RunError, SessionEnd, SessionFolder, SessionInputs, SessionState,
+    SessionView, Settings, folder_holder, read_folder, read_journal, recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
 
@@ -136,31 +135,9 @@ fn session_of(
         (folder, journal, SessionState::default())
     };
     let clock = Clock::starting_at(state.last_s, SPEED);
-    let software = "test".to_owned();
-    let (pid, host) = (1, "here".to_owned());
-    let first = if state.started.is_none() {
-        Event::Started(Started {
-            schema: Some(JOURNAL_SCHEMA.to_owned()),
-            session: "s1".to_owned(),
-            procedure: procedure.name.clone(),
-            procedure_sha256: String::new(),
-            robot_sha256: None,
-            header_sha256: None,
-            instruments_sha256: None,
-            mechanism: None,
-            origin: None,
-            software,
-            pid,
-            host,
-            displacement_axes: Vec::new(),
-        })
-    } else {
-        Event::Resumed(Resumed {
-            software,
-            pid,
-            host,
-            cut_bytes: 0,
-        })
+    let first = match state.started {
+        None => started(procedure),
+        Some(_) => resumed(),
     };
     let mut machine = Machine::new(plan(procedure), Settings::default(), state);
     let record = journal.append(first, clock.utc(), clock.now_s()).unwrap();
