@@ -280,6 +280,19 @@ pub(crate) fn arm(joints: &[ArmJoint], end: &ArmEnd) -> Robot {
     }
 }
 
+/// The six springs of the base or of the tool.
+fn six(end: &Row, key: &str) -> [SpringDefault; 6] {
+    SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))))
+}
+
+/// The pose that the joints of an arm stand in.
+fn standing<'a>(joints: impl IntoIterator<Item = &'a Row>) -> Pose {
+    let values = joints.into_iter().map(|row| number(row, "value"));
+    Pose {
+        angles_deg: values.collect(),
+    }
+}
+
 /// An arm of the fixtures with the pose it stands in.
 pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
     let joint = |row: &&Row| ArmJoint {
@@ -296,12 +309,11 @@ pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
         mass: Some((number(row, "mass"), vector(row, "centre"))),
         link: None,
     };
-    let six = |key: &str| SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))));
     let arm_end = ArmEnd {
         flange_m: vector(end, "flange"),
         tool_m: vector(end, "tool"),
-        base: six("base"),
-        tool: six("held"),
+        base: six(end, "base"),
+        tool: six(end, "held"),
         payload: Some(Payload {
             mass_kg: number(end, "payload"),
             at_m: vector(end, "payload"),
@@ -309,10 +321,10 @@ pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
         link: None,
     };
     let joints_of_arm: Vec<ArmJoint> = joints.iter().map(joint).collect();
-    let pose = Pose {
-        angles_deg: joints.iter().map(|row| number(row, "value")).collect(),
-    };
-    (arm(&joints_of_arm, &arm_end), pose)
+    (
+        arm(&joints_of_arm, &arm_end),
+        standing(joints.iter().copied()),
+    )
 }
 
 /// The arms of the fixtures with beams, each with its pose.
@@ -346,20 +358,16 @@ pub(crate) fn with_beams() -> Vec<(Robot, Pose)> {
                 link: beam(row),
             }
         };
-        let six =
-            |key: &str| SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))));
         let (flange, tool) = (vector(end, "at"), vector(end, "tool"));
         let arm_end = ArmEnd {
             flange_m: flange,
             tool_m: [0, 1, 2].map(|i| flange[i] + tool[i]),
-            base: six("base"),
-            tool: six("held"),
+            base: six(end, "base"),
+            tool: six(end, "held"),
             payload: None,
             link: beam(end),
         };
-        let pose = Pose {
-            angles_deg: joints.iter().map(|row| number(row, "value")).collect(),
-        };
+        let pose = standing(joints);
         let joints: Vec<ArmJoint> = joints.iter().map(joint).collect();
         (arm(&joints, &arm_end), pose)
     };
@@ -374,11 +382,8 @@ pub(crate) fn all() -> Vec<(Robot, Pose)> {
     let ends = rows("virtual-joints/ends.csv");
     ends.iter()
         .map(|end| {
-            let own: Vec<&Row> = joints
-                .iter()
-                .filter(|row| row["arm"] == end["arm"])
-                .collect();
-            of_fixture(&own, end)
+            let own = joints.iter().filter(|row| row["arm"] == end["arm"]);
+            of_fixture(&own.collect::<Vec<_>>(), end)
         })
         .collect()
 }
