@@ -1,8 +1,8 @@
 //! Whole sessions in simulated time: all shipped procedures, everything an operator may do, faults, and a crash at any moment.
 
 use crate::support::{
-    Fault, MockBench, Rig, assert_cuts_lose_nothing, csv_without_times, plan, records, shipped,
-    short,
+    Fault, MockBench, Rig, assert_cuts_lose_nothing, assert_held_up, csv_without_times, plan,
+    records, shipped, short,
 };
 use proptest::prelude::*;
 use stiffbench_gauges::Channel;
@@ -311,28 +311,13 @@ fn a_gauge_that_counts_the_other_way_is_noticed_wherever_it_was_turned() {
 
 #[test]
 fn faults_of_a_gauge_give_no_reading() {
-    for (fault, told) in [
-        (
-            Fault::Silent(Channel::Displacement),
-            "nothing comes from the displacement gauge",
-        ),
-        (
-            Fault::Silent(Channel::Force),
-            "nothing comes from the force gauge",
-        ),
+    let [force, displacement] = [Channel::Force, Channel::Displacement].map(Fault::Silent);
+    for (fault, said) in [
+        (displacement, "nothing comes from the displacement gauge"),
+        (force, "nothing comes from the force gauge"),
         (Fault::Unit, "sends in and was in mm"),
     ] {
-        let mut rig = Rig::up_to(2);
-        rig.bench.fault = Some(fault);
-        rig.wait(400);
-        assert_eq!(rig.machine.state().readings.len(), 2, "{fault:?}");
-        let held_up = rig.machine.view().held_up;
-        assert!(
-            held_up.iter().any(|line| line.contains(told)),
-            "{held_up:?}"
-        );
-        rig.bench.fault = None;
-        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{fault:?}");
+        let rig = assert_held_up(Rig::up_to(2), fault, said);
         assert_eq!(rig.machine.state().readings.len(), 6);
     }
 }

@@ -831,6 +831,20 @@ pub(crate) fn assert_cuts_lose_nothing(procedure: &Procedure, step: usize) {
     }
 }
 
+/// While a gauge has a fault nothing is taken and it is said why; without it the session is completed.
+pub(crate) fn assert_held_up(mut rig: Rig, fault: Fault, said: &str) -> Rig {
+    let before = rig.machine.state().readings.len();
+    rig.bench.fault = Some(fault);
+    rig.wait(400);
+    assert_eq!(rig.machine.state().readings.len(), before, "{fault:?}");
+    let held_up = rig.machine.view().held_up;
+    let is_said = held_up.iter().any(|line| line.contains(said));
+    assert!(is_said, "{fault:?}: {held_up:?}");
+    rig.bench.fault = None;
+    assert_eq!(rig.run(), Some(SessionEnd::Complete), "{fault:?}");
+    rig
+}
+
 /// The records of a journal that has no fault.
 pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
     let read = read_journal(bytes);
