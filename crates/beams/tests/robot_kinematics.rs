@@ -496,7 +496,7 @@ fn the_parallelogram_of_the_example_keeps_the_hand_level() {
 }
 
 #[test]
-fn a_file_without_factors_and_angles_has_those_of_nothing_fitted() {
+fn the_example_stands_straight_and_has_nothing_fitted_by_default() {
     let robot = Robot::parse(&SourceText::new("my robot.toml", level_arm::text())).unwrap();
     assert_eq!(robot.name, "level arm");
     assert_eq!(robot.default_factors().0, "unit");

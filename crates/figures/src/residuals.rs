@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn standardised_residuals_without_uncertainty_are_counted_as_not_all_points() {
+    fn standardised_residuals_without_uncertainty_are_counted_as_not_drawn() {
         let figure = residuals(&input(ResidualMeasure::StandardUncertainties));
         assert!(all_points(&figure.panels[0]).iter().any(|p| p.y == 2.5));
         let svg = figure.to_svg();
