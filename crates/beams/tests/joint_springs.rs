@@ -2,9 +2,7 @@
 //!
 //! The numbers in `fixtures/virtual-joints` were made by its `generate.py`, with a Jacobian of its own.
 
-use stiffbench_beams::physics::{
-    ActingPhysics, Effect, JointRotations, LawSet, LoadPoint, Mechanics, RunLoads,
-};
+use stiffbench_beams::physics::{ActingPhysics, Effect, LawSet, Mechanics};
 use stiffbench_beams::robot::{
     Angle, Balancer, BalancerForce, Body, BodyPlace, BodyPoint, FittingFactors, GRAVITY_M_PER_S2,
     JointModel, JointMotion, JointSprings, Keep, MassPlace, MechanismModel, ModelParameter,
@@ -12,25 +10,21 @@ use stiffbench_beams::robot::{
     RobotNode, SpringAxis, Theory, Variable,
 };
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
+use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Direction;
 
-use crate::support::arms::{self, ArmEnd, ArmJoint, number, rows, spring};
-
-fn predictor<'a>(robot: &'a Robot, pose: &Pose) -> Predictor<'a> {
-    let mechanism = robot.mechanism(None).unwrap();
-    let mut predictor = Predictor::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
-    predictor.place(pose).unwrap();
-    predictor
-}
+use crate::support::arms::{self, ArmEnd, ArmJoint, spring};
+use crate::support::robots::{assert_differences, at_values, displacements, predictor, swept};
+use crate::support::rows::{Row, number, rows};
 
 /// Every spring that a robot's file gives a compliance.
 fn springs(robot: &Robot) -> Vec<ModelParameter> {
     robot.own_springs().map(|(spring, _)| spring).collect()
 }
 
-fn compliance_of(row: &arms::Row) -> Compliance6 {
+fn compliance_of(row: &Row) -> Compliance6 {
     let names = SpringAxis::ALL.map(SpringAxis::name);
     Compliance6(std::array::from_fn(|i| {
         std::array::from_fn(|j| number(row, &format!("c_{}_{}", names[i.min(j)], names[i.max(j)])))
@@ -39,17 +33,13 @@ fn compliance_of(row: &arms::Row) -> Compliance6 {
 
 #[test]
 fn a_hundred_random_arms_have_the_compliance_of_their_jacobian() {
-    let expected = rows("compliance.csv");
+    let expected = rows("virtual-joints/compliance.csv");
     let mut largest = 0.0_f64;
     for ((robot, pose), row) in arms::all().iter().zip(&expected) {
         let expected = compliance_of(row);
         let single = predictor(robot, pose).compliance();
         largest = largest.max(single.relative_difference(&expected));
-        let mechanism = robot.mechanism(None).unwrap();
-        let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
-        let swept = sweep.run(std::slice::from_ref(pose), Keep::Full);
-        assert_eq!(swept.alone, 0, "SIMD registers take a serial arm");
-        let together = swept.compliances[0].unwrap();
+        let together = swept(robot, pose);
         largest = largest.max(together.relative_difference(&expected));
     }
     assert_eq!(expected.len(), 100);
@@ -59,14 +49,13 @@ fn a_hundred_random_arms_have_the_compliance_of_their_jacobian() {
 #[test]
 fn arms_with_beams_and_springs_have_the_compliance_of_opensees() {
     let mut largest = 0.0_f64;
-    for ((robot, pose), row) in arms::with_beams().iter().zip(rows("mixed_compliance.csv")) {
+    for ((robot, pose), row) in arms::with_beams()
+        .iter()
+        .zip(rows("virtual-joints/mixed_compliance.csv"))
+    {
         let expected = compliance_of(&row);
         let single = predictor(robot, pose).compliance();
-        let mechanism = robot.mechanism(None).unwrap();
-        let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
-        let swept = sweep.run(std::slice::from_ref(pose), Keep::Full);
-        assert_eq!(swept.alone, 0);
-        let together = swept.compliances[0].unwrap();
+        let together = swept(robot, pose);
         assert!(together.relative_difference(&single) < 1e-9);
         largest = largest.max(single.relative_difference(&expected));
     }
@@ -92,33 +81,13 @@ fn derivatives_of_arms_with_beams_are_differences() {
             )],
             &parameters,
         );
+        assert_differences(&mut together, &values, &parameters, &whole, 1e-6);
         for (place, parameter) in parameters.iter().enumerate() {
-            let value = values.get(parameter);
-            let mut at = |share: f64| {
-                let mut moved = values.clone();
-                let step = if value == 0.0 {
-                    1e-8 * (1.0 + share)
-                } else {
-                    value * share
-                };
-                moved.set(parameter, value + step);
-                together.solve(&moved, false).unwrap();
-                together.compliance(0).unwrap()
-            };
-            let (up, down) = (at(1e-3), at(-1e-3));
-            let in_units = match (parameter.is_factor(), value) {
+            let in_units = match (parameter.is_factor(), values.get(parameter)) {
                 (true, _) => 1.0,
                 (false, 0.0) => 1e-8,
                 (false, own) => own,
             };
-            for i in 0..6 {
-                for j in 0..6 {
-                    let slope = (up.0[i][j] - down.0[i][j]) / 2e-3;
-                    let scale = (start.0[i][i] * start.0[j][j]).sqrt();
-                    let error = (whole[place].0[i][j] * in_units - slope).abs() / scale;
-                    assert!(error < 1e-6, "{parameter} {i} {j}: {error:e}");
-                }
-            }
             let expected = whole[place].times([3.0, -2.0, 5.0, 0.3, 0.2, -0.7]);
             for i in 0..6 {
                 let scale = 10.0 * start.0[i][i].sqrt() * start.0[3][3].max(start.0[0][0]).sqrt();
@@ -132,7 +101,7 @@ fn derivatives_of_arms_with_beams_are_differences() {
 #[test]
 fn arms_sag_under_their_own_weight_as_virtual_work_says() {
     let mut largest = 0.0_f64;
-    for ((robot, pose), row) in arms::all().iter().zip(rows("weight.csv")) {
+    for ((robot, pose), row) in arms::all().iter().zip(rows("virtual-joints/weight.csv")) {
         let (found, _) = predictor(robot, pose).weight_displacement(&[]);
         let expected = SpringAxis::ALL.map(|axis| number(&row, &format!("u_{axis}")));
         let size = expected.iter().fold(0.0_f64, |size, u| size.max(u.abs()));
@@ -211,117 +180,22 @@ fn six_axes() -> Robot {
     arms::arm(&joints, &end)
 }
 
-/// The torques of the springs under a load on the end, from where hinges and end stand.
-fn torques(robot: &Robot, pose: &Pose, load: [f64; 6]) -> Vec<f64> {
-    use stiffbench_numeric::vector::{cross, dot, subtract};
-    let predictor = predictor(robot, pose);
-    let structure = predictor.model().structure();
-    let end_m = structure.nodes[structure.end.node].position_m;
-    let hinge_m = |hinge: usize| {
-        let members = structure
-            .rigid_members
-            .iter()
-            .flat_map(|member| &member.ends);
-        let mut there = members.filter(|at| at.hinges.contains(&hinge));
-        structure.nodes[there.next().unwrap().node].position_m
-    };
-    let (force, moment) = ([load[0], load[1], load[2]], [load[3], load[4], load[5]]);
-    let torque = |(place, hinge): (usize, &stiffbench_beams::structure::Hinge)| {
-        if hinge.slides {
-            return dot(hinge.axis, force);
-        }
-        let arm = subtract(end_m, hinge_m(place));
-        dot(hinge.axis, cross(arm, force)) + dot(hinge.axis, moment)
-    };
-    structure.hinges.iter().enumerate().map(torque).collect()
-}
-
-/// Arms of the fixtures with springs about their own axes alone, so that every spring is a variable of the pose.
-fn arms_of_own_springs() -> Vec<(Robot, Pose)> {
-    let mut all = arms::all();
-    for (robot, _) in &mut all {
-        for joint in &mut robot.joints {
-            joint.springs.about = Default::default();
-        }
-        robot.base = Default::default();
-        robot.tool.springs = Default::default();
-    }
-    all
-}
-
+/// Newton's third derivation: (1 - C_θ K_C) dθ = C_θ Jᵀ dw, with K_C by differences of the torques of another formula.
 #[test]
 fn the_stiffness_under_a_load_is_that_of_chen_and_kao() {
     let load = [900.0, -700.0, 1200.0, 150.0, -90.0, 60.0];
     let mut largest = 0.0_f64;
-    for (robot, pose) in arms_of_own_springs() {
-        let count = robot.joints.len();
-        let variable = |pose: &Pose, place: usize, share: f64| {
-            // Steps of 1e-3 rad or m: with Richardson's extrapolation the truncation is far below 1e-10.
-            let step = match robot.joints[place].motion {
-                JointMotion::Turns => (1e-3 * share).to_degrees(),
-                JointMotion::Slides => 1e-3 * share,
-            };
-            let mut moved = pose.clone();
-            moved.angles_deg[place] += step;
-            moved
-        };
-        // K_C by differences of the torques of another formula, in positions that the kinematics gives.
-        let slope = |place: usize, share: f64| -> Vec<f64> {
-            let up = torques(&robot, &variable(&pose, place, share), load);
-            let down = torques(&robot, &variable(&pose, place, -share), load);
-            up.iter()
-                .zip(down)
-                .map(|(u, d)| (u - d) / (2e-3 * share))
-                .collect()
-        };
-        let columns: Vec<Vec<f64>> = (0..count)
-            .map(|place| {
-                let (wide, fine, finest) =
-                    (slope(place, 4.0), slope(place, 2.0), slope(place, 1.0));
-                (0..count)
-                    .map(|i| {
-                        let first = (4.0 * fine[i] - wide[i]) / 3.0;
-                        let second = (4.0 * finest[i] - fine[i]) / 3.0;
-                        (16.0 * second - first) / 15.0
-                    })
-                    .collect()
-            })
-            .collect();
+    for (robot, pose) in arms::of_own_springs() {
+        let slopes = arms::slopes(&robot, &pose, |pose| {
+            let motions = arms::motions(&predictor(&robot, pose));
+            motions.iter().map(|motion| dot6(*motion, load)).collect()
+        });
         let predictor = predictor(&robot, &pose);
         let structure = predictor.model().structure();
         let found = structure.compliance_under_load(load).unwrap().unwrap();
         let free = structure.compliance_under_load([0.0; 6]).unwrap().unwrap();
-        // Newton's third derivation: (1 - C_θ K_C) dθ = C_θ Jᵀ dw, solved by repetition, which converges for these loads.
-        let compliances: Vec<f64> = structure
-            .hinges
-            .iter()
-            .map(|hinge| 1.0 / hinge.stiffness_nm_per_rad)
-            .collect();
-        let units: Vec<Vec<f64>> = (0..6)
-            .map(|k| {
-                let mut unit = [0.0; 6];
-                unit[k] = 1.0;
-                torques(&robot, &pose, unit)
-            })
-            .collect();
-        for k in 0..6 {
-            let mut turned = vec![0.0; count];
-            for _ in 0..200 {
-                turned = (0..count)
-                    .map(|i| {
-                        let more: f64 = (0..count).map(|j| columns[j][i] * turned[j]).sum();
-                        compliances[i] * (units[k][i] + more)
-                    })
-                    .collect();
-            }
-            for i in 0..6 {
-                let expected: f64 = (0..count).map(|j| units[i][j] * turned[j]).sum();
-                let scale = (free.0[i][i] * free.0[k][k]).sqrt();
-                if scale > 0.0 {
-                    largest = largest.max((found.0[i][k] - expected).abs() / scale);
-                }
-            }
-        }
+        let expected = arms::by_repetition(&predictor, &slopes);
+        largest = largest.max(arms::largest_difference(&found, &expected, &free));
         assert!(free.relative_difference(&found) > 1e-6, "the load is seen");
     }
     assert!(largest < 1e-10, "{largest:e}");
@@ -336,9 +210,7 @@ fn parameters_that_start_rigid_are_freed_one_by_one() {
             .into_iter()
             .map(|name| ModelParameter::find(&robot, mechanism, name).unwrap())
             .collect();
-    let pose = Pose {
-        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
-    };
+    let pose = at_values(&[10.0, -30.0, 50.0, 5.0, 70.0, 20.0]);
     let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
     let rigid = FittingFactors::UNIT;
     let whole = arms::derivatives(&mut together, &robot, &pose, &rigid, &parameters);
@@ -390,9 +262,7 @@ fn names_of_parameters_find_what_they_name() {
 fn a_pinned_drive_is_held_by_its_spring() {
     let robot = six_axes();
     let mechanism = robot.mechanism(None).unwrap();
-    let pose = Pose {
-        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
-    };
+    let pose = at_values(&[10.0, -30.0, 50.0, 5.0, 70.0, 20.0]);
     let rigid = predictor(&robot, &pose).compliance();
     let theory = Theory::EulerBernoulli;
     let unit = FittingFactors::UNIT;
@@ -440,33 +310,20 @@ fn under_law(robot: &Robot, pose: &Pose, effect: &str, direction: Direction, for
     let physics = ActingPhysics::new(robot, mechanism, effects).unwrap();
     let poses = std::slice::from_ref(pose);
     let mechanics = Mechanics::new(robot, mechanism, &FittingFactors::UNIT, poses).unwrap();
-    let load = |force_n| LoadPoint {
-        force_n,
-        ..LoadPoint::default()
-    };
-    let run = RunLoads {
-        pose: &"P1".into(),
-        load: LoadDirection::of_axis(direction),
-        read: direction.into(),
-        repeat: 1,
-        release_n: None,
-        loads: &[load(force_n)],
-    };
-    let mut moved = [0.0];
-    let pose = mechanics.pose(0);
-    let rotations = &mut JointRotations::default();
-    physics
-        .laws
-        .displacements_m(pose, &run, rotations, &mut moved);
-    moved[0]
+    let run = (LoadDirection::of_axis(direction), direction.into());
+    displacements(
+        &physics.laws,
+        &"P1".into(),
+        mechanics.pose(0),
+        run,
+        &[force_n],
+    )[0]
 }
 
 #[test]
 fn every_law_of_a_joint_acts_beside_the_spring_of_the_joint() {
     let robot = six_axes();
-    let pose = Pose {
-        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
-    };
+    let pose = at_values(&[10.0, -30.0, 50.0, 5.0, 70.0, 20.0]);
     let laws = [
         "joint-compliance@J:c=2urad/(N*m)",
         "joint-backlash@J:play=0.12mrad,seat_moment=5N*m",
@@ -491,9 +348,7 @@ fn every_law_of_a_joint_acts_beside_the_spring_of_the_joint() {
                 let found = under_law(&robot, &pose, &at(joint), direction, force_n);
                 // The same moment on the one joint of another arm, whose lever along z is its reach.
                 let other = one_joint(lever, 1e-12);
-                let flat = Pose {
-                    angles_deg: vec![0.0],
-                };
+                let flat = at_values(&[0.0]);
                 let alone = under_law(&other, &flat, &at("J1"), Direction::Z, force_n);
                 let rigid = 1e-12 * lever * lever * force_n;
                 let expected = compliance.direct(axis) * force_n + alone - rigid;
@@ -513,9 +368,7 @@ fn every_law_of_a_joint_acts_beside_the_spring_of_the_joint() {
 #[test]
 fn a_side_branch_weighs_where_its_own_joint_puts_it() {
     let robot = six_axes();
-    let mut pose = Pose {
-        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
-    };
+    let mut pose = at_values(&[10.0, -30.0, 50.0, 5.0, 70.0, 20.0]);
     let sag = |robot: &Robot, pose: &Pose| predictor(robot, pose).weight_displacement(&[]).0;
     assert_eq!(sag(&robot, &pose), [0.0; 6]);
     // Another arm of 30 kg on body 2, at (0.1, 0.3, 0.2) and turned about its x by 40 degrees, its centre 0.5 m along its z.
@@ -583,9 +436,7 @@ fn a_balancer_carries_its_share_of_the_moment() {
             at_m: [0.4, 0.0, 0.0],
         }),
     });
-    let flat = Pose {
-        angles_deg: vec![0.0],
-    };
+    let flat = at_values(&[0.0]);
     let sag = |robot: &Robot| predictor(robot, &flat).weight_displacement(&[]).0;
     let weight_nm = 40.0 * GRAVITY_M_PER_S2 * 0.4;
     // A turn about y moves a point on +x down.
@@ -629,9 +480,7 @@ fn a_rigid_strut_beside_an_arm_leaves_it_nothing_that_yields() {
     });
     let links = robot.rigid_links.len();
     robot.mechanisms[0].rigid_links = (0..links).collect();
-    let pose = Pose {
-        angles_deg: vec![10.0, -20.0, 30.0, 40.0, 50.0, 60.0],
-    };
+    let pose = at_values(&[10.0, -20.0, 30.0, 40.0, 50.0, 60.0]);
     let held = predictor(&robot, &pose).compliance();
     assert_eq!(held, Compliance6([[0.0; 6]; 6]));
     robot.tool.springs[0] = spring(1e-6);
@@ -674,18 +523,9 @@ fn laws_sag_under_own_weight_as_springs_do() {
             for (axis, expected) in softer.into_iter().enumerate() {
                 let mut unit = [0.0; 6];
                 unit[axis] = 1.0;
-                let load = Direction::Z.into();
-                let run = RunLoads {
-                    pose: &"P".into(),
-                    load: &load,
-                    read: ReadAxis::new(Direction::ALL[axis % 3], axis > 2, unit),
-                    repeat: 1,
-                    release_n: None,
-                    loads: &[LoadPoint::default()],
-                };
-                let mut moved = [0.0];
-                let mut turned = JointRotations::default();
-                laws.displacements_m(mechanics.pose(0), &run, &mut turned, &mut moved);
+                let read = ReadAxis::new(Direction::ALL[axis % 3], axis > 2, unit);
+                let run = (LoadDirection::of_axis(Direction::Z), read);
+                let moved = displacements(&laws, &"P".into(), mechanics.pose(0), run, &[0.0]);
                 let error = (moved[0] - expected).abs() / size;
                 assert!(error < 1e-9, "{spring}, {axis}: {} {expected}", moved[0]);
             }

@@ -1,8 +1,6 @@
 //! Factors of sections and springs of joints and base, as parameters of the model and as effects beside it.
 
-use stiffbench_beams::physics::{
-    ActingPhysics, Effect, JointRotations, LawSet, LoadPoint, Mechanics, RunLoads,
-};
+use stiffbench_beams::physics::{ActingPhysics, Effect, LawSet, Mechanics};
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Predictor, Robot, RobotError,
     Theory,
@@ -10,11 +8,7 @@ use stiffbench_beams::robot::{
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
-use stiffbench_test_files::shipped_robot;
-
-fn robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-}
+use crate::support::robots::{displacements, shipped};
 
 /// Factors of m_fsd with a section of its own, two joints that yield and a base that rocks.
 fn values(robot: &Robot, mechanism: &Mechanism) -> (Vec<ModelParameter>, FittingFactors) {
@@ -41,7 +35,7 @@ fn values(robot: &Robot, mechanism: &Mechanism) -> (Vec<ModelParameter>, Fitting
 
 #[test]
 fn springs_are_the_effects_of_the_same_size() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (parameters, factors) = values(&robot, mechanism);
     let effects = [
@@ -78,7 +72,7 @@ fn springs_are_the_effects_of_the_same_size() {
 
 #[test]
 fn derivatives_are_those_of_differences() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (parameters, factors) = values(&robot, mechanism);
     let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
@@ -111,7 +105,7 @@ fn derivatives_are_those_of_differences() {
 
 #[test]
 fn a_spring_without_compliance_is_a_rigid_joint() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (parameters, factors) = values(&robot, mechanism);
     let rigid = factors.without_springs();
@@ -131,7 +125,7 @@ fn a_spring_without_compliance_is_a_rigid_joint() {
 
 #[test]
 fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (parameters, factors) = values(&robot, mechanism);
     let poses = [robot.poses[1].pose.clone()];
@@ -141,27 +135,11 @@ fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
         let mut mechanics =
             Mechanics::rigid_with(&robot, mechanism, parameters, factors, &poses).unwrap();
         mechanics.solve_joints(|_| true).unwrap();
-        let loads = [-20.0, -70.0, -30.0].map(|force_n| LoadPoint {
-            force_n,
-            ..LoadPoint::default()
-        });
         Direction::ALL.map(|direction| {
-            let run = RunLoads {
-                pose: &robot.poses[1].id,
-                load: LoadDirection::of_axis(direction),
-                read: direction.into(),
-                repeat: 1,
-                release_n: None,
-                loads: &loads,
-            };
-            let mut moved = [0.0; 3];
-            physics.laws.displacements_m(
-                mechanics.pose(0),
-                &run,
-                &mut JointRotations::default(),
-                &mut moved,
-            );
-            moved
+            let run = (LoadDirection::of_axis(direction), direction.into());
+            let id = &robot.poses[1].id;
+            let forces_n = [-20.0, -70.0, -30.0];
+            displacements(&physics.laws, id, mechanics.pose(0), run, &forces_n)
         })
     };
     // Friction in a joint that itself yields, and play in another.
@@ -193,7 +171,7 @@ fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
 
 #[test]
 fn a_parameter_that_is_not_there_is_refused_with_those_that_are() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     for name in ["beam.Ix", "base", "base.w", "section.A", ""] {
         let error = ModelParameter::find(&robot, mechanism, name).unwrap_err();
@@ -214,7 +192,7 @@ fn a_parameter_that_is_not_there_is_refused_with_those_that_are() {
 /// A load that is the sum of others moves each gauge by the sum of what these do; and the derivatives across the load are those of differences.
 #[test]
 fn gauges_across_the_load_read_the_row_of_the_compliance() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (parameters, factors) = values(&robot, mechanism);
     let poses = [robot.poses[1].pose.clone()];
@@ -224,31 +202,15 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let oblique = LoadDirection::from_vector([half, half, 0.0]).unwrap();
     let laws = LawSet::default();
-    let loads = [LoadPoint {
-        force_n: -50.0,
-        ..LoadPoint::default()
-    }];
     let compliance = mechanics.pose(0).influence.compliance;
     let size = compliance
         .iter()
         .flatten()
         .fold(0.0_f64, |most, one| most.max(one.abs()));
     for read in Direction::ALL {
-        let run = RunLoads {
-            pose: &robot.poses[1].id,
-            load: &oblique,
-            read: read.into(),
-            repeat: 1,
-            release_n: None,
-            loads: &loads,
-        };
-        let mut moved = [0.0];
-        laws.displacements_m(
-            mechanics.pose(0),
-            &run,
-            &mut JointRotations::default(),
-            &mut moved,
-        );
+        let id = &robot.poses[1].id;
+        let run = (&oblique, read.into());
+        let moved = displacements(&laws, id, mechanics.pose(0), run, &[-50.0]);
         let row = compliance[read.index()];
         let expected = -50.0 * half * (row[0] + row[1]);
         assert!((moved[0] / expected - 1.0).abs() < 1e-12, "{read}");

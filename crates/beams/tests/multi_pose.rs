@@ -2,11 +2,11 @@
 
 use proptest::prelude::*;
 
+use crate::support::robots::{factors_of_powers, lattice, pose_at, shipped};
 use stiffbench_beams::robot::{
     ElementClass, FittingFactors, JointModel, ModelParameter, MultiPosePredictor, Pose, Predictor,
     Robot, RobotError, Theory,
 };
-use stiffbench_test_files::shipped_robot;
 
 /// Largest difference allowed with random factors, relative to the diagonal of the compliance: both solvers are exact but for rounding,
 /// and the condition of structures whose constants differ by up to a hundredfold more than nominal leaves this much of it.
@@ -15,34 +15,12 @@ const RANDOM_FACTORS: f64 = 2e-8;
 /// The same with the paper's factors.
 const PAPER_FACTORS: f64 = 5e-9;
 
-fn robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-}
-
-/// A pose whose variables stand at the given shares of their ranges.
-fn pose(robot: &Robot, shares: &[f64]) -> Pose {
-    let angles = robot.variables.iter().zip(shares);
-    Pose {
-        angles_deg: angles
-            .map(|(v, share)| v.min_deg + share * (v.max_deg - v.min_deg))
-            .collect(),
-    }
-}
-
-fn factors(exponents: &[f64]) -> FittingFactors {
-    let power = |i: usize| 10_f64.powf(exponents[i]);
-    FittingFactors::of_classes(
-        std::array::from_fn(power),
-        std::array::from_fn(|i| power(4 + i)),
-    )
-}
-
 /// Compares all poses that the mechanism reaches; returns how many, and the largest relative difference.
 fn compare(
     robot: &Robot,
     mechanism: &str,
     theory: Theory,
-    shares: &[Vec<f64>],
+    poses: &[Pose],
     factors: &FittingFactors,
 ) -> (usize, f64) {
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
@@ -54,13 +32,12 @@ fn compare(
         &rigid,
         theory,
         &ModelParameter::CLASSES,
-        shares.len(),
+        poses.len(),
     )
     .unwrap();
     let mut reached = Vec::new();
-    for (index, shares) in shares.iter().enumerate() {
-        let pose = pose(robot, shares);
-        match together.place(index, &pose) {
+    for (index, pose) in poses.iter().enumerate() {
+        match together.place(index, pose) {
             Ok(()) => reached.push((index, pose)),
             Err(RobotError::Unreachable { .. }) => {}
             Err(error) => panic!("{error}"),
@@ -108,10 +85,12 @@ proptest! {
         exponents in prop::collection::vec(-1.0..1.0, 8),
         timoshenko in any::<bool>(),
     ) {
-        let robot = robot();
+        let robot = shipped("hp-robot");
         let theory = if timoshenko { Theory::Timoshenko } else { Theory::EulerBernoulli };
+        let poses: Vec<Pose> = shares.iter().map(|shares| pose_at(&robot, shares)).collect();
+        let factors = factors_of_powers(&exponents);
         for mechanism in robot.mechanisms.keys() {
-            let (_, largest) = compare(&robot, mechanism, theory, &shares, &factors(&exponents));
+            let (_, largest) = compare(&robot, mechanism, theory, &poses, &factors);
             prop_assert!(largest < RANDOM_FACTORS, "mechanism {}: {:e}", mechanism, largest);
         }
     }
@@ -119,19 +98,12 @@ proptest! {
 
 #[test]
 fn the_paper_factors_in_many_poses() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let factors = robot.factor_set("m_fsd").unwrap();
-    // A lattice of the pose space that repeats nowhere.
-    let shares: Vec<Vec<f64>> = (0..200)
-        .map(|i| {
-            (1..=robot.variables.len())
-                .map(|j| (f64::from(i) * 0.618_034 * j as f64).fract())
-                .collect()
-        })
-        .collect();
+    let poses = lattice(&robot, 200);
     for mechanism in robot.mechanisms.keys() {
         let (reached, largest) =
-            compare(&robot, mechanism, Theory::EulerBernoulli, &shares, &factors);
+            compare(&robot, mechanism, Theory::EulerBernoulli, &poses, &factors);
         println!("mechanism {mechanism}: {reached} poses, largest difference {largest:e}");
         assert!(reached > 40, "mechanism {mechanism}: {reached} poses");
         assert!(
@@ -143,7 +115,7 @@ fn the_paper_factors_in_many_poses() {
 
 #[test]
 fn a_pose_has_the_same_result_alone_and_among_others() {
-    let robot = robot();
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(None).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
     let compliance = |count: usize, at: usize| {

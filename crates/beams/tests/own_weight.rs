@@ -1,33 +1,24 @@
 //! Spread forces and own weight against closed forms and against OpenSees.
 
-use crate::support::{SECTION, STEEL, beam, node, solver};
+use crate::support::rows::{number, numbers, pose_of, rows};
+use crate::support::{SECTION, STEEL, chain, held, solver};
 use stiffbench_beams::robot::{
-    FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Pose, Predictor, Robot,
-    Theory,
+    FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Predictor, Robot, Theory,
 };
-use stiffbench_beams::structure::{Element, ShearCoefficients, Structure, Support};
-use stiffbench_numeric::vector::{norm, scale};
+use stiffbench_beams::structure::{ShearCoefficients, Structure, Support};
+use stiffbench_numeric::vector::norm;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
 
 /// ```text
 ///   ▒├────────────────●   w along the whole length
 /// ```
-fn cantilever(length_m: f64, along: [f64; 3], pieces: usize) -> Structure {
-    let place = |i: usize| scale(along, length_m * i as f64 / pieces as f64 / norm(along));
-    Structure {
-        nodes: (0..=pieces)
-            .map(|i| node(&i.to_string(), place(i)))
-            .collect(),
-        elements: (0..pieces)
-            .map(|i| Element {
-                ..beam([i, i + 1], [0.0, 1.0, 0.0], SECTION)
-            })
-            .collect(),
-        supports: vec![Support::clamped(0)],
-        end: pieces.into(),
-        ..Structure::default()
-    }
+fn cantilever(length_m: f64, pieces: usize) -> Structure {
+    let place = |i: usize| [length_m * i as f64 / pieces as f64, 0.0, 0.0];
+    chain(
+        &(0..=pieces).map(place).collect::<Vec<_>>(),
+        [0.0, 1.0, 0.0],
+    )
 }
 
 /// Displacement of the end under a force spread over all elements.
@@ -45,14 +36,14 @@ fn a_cantilever_under_its_own_weight() {
     let (l, w) = (1.7, 120.0);
     let e = STEEL.youngs_modulus_pa;
     for pieces in [1, 3] {
-        let across = spread(&cantilever(l, [1.0, 0.0, 0.0], pieces), [0.0, -w, 0.0]);
+        let across = spread(&cantilever(l, pieces), [0.0, -w, 0.0]);
         let (v, turn) = (
             w * l.powi(4) / (8.0 * e * SECTION.iz_m4),
             w * l.powi(3) / (6.0 * e * SECTION.iz_m4),
         );
         assert!((across[1] / -v - 1.0).abs() < 1e-9, "{across:?} {v}");
         assert!((across[5] / -turn - 1.0).abs() < 1e-9, "{across:?} {turn}");
-        let hanging = spread(&cantilever(l, [1.0, 0.0, 0.0], pieces), [w, 0.0, 0.0]);
+        let hanging = spread(&cantilever(l, pieces), [w, 0.0, 0.0]);
         let u = w * l * l / (2.0 * e * SECTION.area_m2);
         assert!((hanging[0] / u - 1.0).abs() < 1e-9, "{hanging:?} {u}");
     }
@@ -62,7 +53,7 @@ fn a_cantilever_under_its_own_weight() {
 #[test]
 fn shear_deformation_under_a_spread_force() {
     let (l, w) = (0.4, 120.0);
-    let mut structure = cantilever(l, [1.0, 0.0, 0.0], 1);
+    let mut structure = cantilever(l, 1);
     structure.elements[0].shear = Some(ShearCoefficients {
         along_y: 0.5,
         along_z: 0.9,
@@ -81,17 +72,16 @@ fn shear_deformation_under_a_spread_force() {
 #[test]
 fn beams_held_at_both_ends() {
     let (l, w) = (1.6, 90.0);
-    let mut structure = cantilever(l, [1.0, 0.0, 0.0], 2);
+    let mut structure = cantilever(l, 2);
     structure.supports.push(Support::clamped(2));
     structure.end = 1.into();
     let middle = w * l.powi(4) / (384.0 * STEEL.youngs_modulus_pa * SECTION.iz_m4);
     let found = spread(&structure, [0.0, -w, 0.0])[1];
     assert!((found / -middle - 1.0).abs() < 1e-9, "{found} {middle}");
-    let mut rests = cantilever(l, [1.0, 0.0, 0.0], 1);
-    rests.supports.push(Support {
-        node: 1,
-        held: [false, true, false, false, false, false],
-    });
+    let mut rests = cantilever(l, 1);
+    rests
+        .supports
+        .push(held(1, [false, true, false, false, false, false]));
     let loads = rests.spread_force(0, [0.0, -w, 0.0]).to_vec();
     let reaction = solver(&rests).respond(&rests, &loads).reactions[1][1];
     assert!(
@@ -103,7 +93,7 @@ fn beams_held_at_both_ends() {
 /// The reaction of the support is the whole weight, and its moment the weight at half the length.
 #[test]
 fn reactions_carry_the_weight() {
-    let structure = cantilever(2.0, [1.0, 0.0, 0.0], 1);
+    let structure = cantilever(2.0, 1);
     let loads = structure.spread_force(0, [0.0, -50.0, 7.0]).to_vec();
     let reaction = solver(&structure).respond(&structure, &loads).reactions[0];
     let expected = [0.0, 100.0, -14.0, 0.0, 14.0, 100.0];
@@ -207,9 +197,6 @@ fn density_mass_per_length_and_tool_give_the_stated_weight() {
     assert!((model.mass_kg() - 19.0).abs() < 1e-12);
 }
 
-/// One row of `fixtures/opensees/weight.csv`.
-type Row = std::collections::BTreeMap<String, String>;
-
 /// All that `fixtures/opensees/generate_weight.py` gives the robot: 7850 kg/m3 and masses at A4, F6 and F8.
 fn heavy_robot() -> Robot {
     let text = shipped_robot("hp-robot").unwrap().text;
@@ -225,37 +212,27 @@ fn heavy_robot() -> Robot {
 #[test]
 fn the_sag_of_all_mechanisms_against_opensees() {
     let robot = heavy_robot();
-    let path = stiffbench_test_files::repository().join("fixtures/opensees/weight.csv");
-    let mut reader = csv::Reader::from_path(path).unwrap();
-    let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().unwrap();
+    let rows = rows("opensees/weight.csv");
     assert_eq!(rows.len(), 63);
     let mut largest = 0.0_f64;
     for row in &rows {
-        let number = |key: &str| row[key].parse::<f64>().unwrap();
-        let pose = Pose {
-            angles_deg: robot
-                .variables
-                .iter()
-                .map(|variable| number(&format!("{}_deg", variable.name)))
-                .collect(),
-        };
         let mechanism = robot.mechanism(Some(&row["mechanism"])).unwrap();
         let factors = robot.factor_set(&row["factors"]).unwrap();
         let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
-        predictor.place(&pose).unwrap();
+        predictor.place(&pose_of(row, &robot)).unwrap();
         let (solver, model) = predictor.parts();
         let found = solver.respond(model.structure(), &model.weight());
         let end = found.nodes[model.structure().end.node];
         for keys in [["ux", "uy", "uz"], ["rx", "ry", "rz"]] {
-            let expected = keys.map(number);
+            let expected = numbers(row, keys);
             let first = usize::from(keys[0] == "rx") * 3;
             let error = norm([0, 1, 2].map(|i| end[first + i] - expected[i])) / norm(expected);
             largest = largest.max(error);
             assert!(error < 1e-8, "{row:?}: {error:e}");
         }
-        assert!((model.mass_kg() / number("mass_kg") - 1.0).abs() < 1e-13);
+        assert!((model.mass_kg() / number(row, "mass_kg") - 1.0).abs() < 1e-13);
         let carried: f64 = found.reactions.iter().map(|reaction| reaction[1]).sum();
-        assert!((carried / number("reaction_N") - 1.0).abs() < 1e-8);
+        assert!((carried / number(row, "reaction_N") - 1.0).abs() < 1e-8);
     }
     println!("largest difference {largest:e}");
 }
@@ -286,24 +263,14 @@ fn a_robot_without_masses_lists_the_massless_elements() {
 /// Impossible masses are refused where they stand.
 #[test]
 fn masses_below_zero_and_at_unknown_nodes_are_refused() {
-    for (find, replacement, complaint) in [
-        (
-            "J = 1.0e-6",
-            "J = 1.0e-6\nmass_per_m = -1.0",
-            "mass_per_m of section tube",
-        ),
-        (
-            "G = 81.0e9",
-            "G = 81.0e9\ndensity = 0.0",
-            "density of material steel",
-        ),
-        (
-            "[mechanisms.A]",
-            "[masses]\nT = -4.0\n[mechanisms.A]",
-            "the mass at T",
-        ),
+    #[rustfmt::skip]
+    let cases = [
+        ("J = 1.0e-6", "J = 1.0e-6\nmass_per_m = -1.0", "mass_per_m of section tube"),
+        ("G = 81.0e9", "G = 81.0e9\ndensity = 0.0", "density of material steel"),
+        ("[mechanisms.A]", "[masses]\nT = -4.0\n[mechanisms.A]", "the mass at T"),
         ("[mechanisms.A]", "[masses]\nX = 4.0\n[mechanisms.A]", "X"),
-    ] {
+    ];
+    for (find, replacement, complaint) in cases {
         let text = ARM.replace(find, replacement);
         let error = Robot::parse(&SourceText::new("arm.toml", text)).unwrap_err();
         assert!(error.to_string().contains(complaint), "{error}");

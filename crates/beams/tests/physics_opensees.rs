@@ -5,11 +5,10 @@
 
 use std::collections::BTreeMap;
 
-use stiffbench_beams::physics::{
-    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
-};
+use crate::support::robots::{self, shipped};
+use crate::support::rows::{Row, rows};
+use stiffbench_beams::physics::{ActingPhysics, Effect, Mechanics};
 use stiffbench_beams::robot::{FittingFactors, Predictor, Robot};
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -27,10 +26,6 @@ const ALLOWED: f64 = 1e-8;
 /// are stiff springs there, play has a slope, and a curve is a polygon.
 const ALLOWED_OF_MATERIALS: f64 = 5e-3;
 
-fn robot(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
-
 /// Displacements over the path, m.
 fn displacements(
     robot: &Robot,
@@ -45,24 +40,8 @@ fn displacements(
     let pose = PoseId::new(pose);
     let poses = [robot.pose(&pose).unwrap().clone()];
     let mechanics = Mechanics::new(robot, &physics.mechanism, &factors, &poses).unwrap();
-    let loads = PATH.map(|force_n| LoadPoint {
-        force_n,
-        ..LoadPoint::default()
-    });
-    let run = RunLoads {
-        pose: &pose,
-        load: LoadDirection::of_axis(direction),
-        read: direction.into(),
-        repeat: 1,
-        release_n: None,
-        loads: &loads,
-    };
-    let mut out = vec![0.0; PATH.len()];
-    let structure = mechanics.pose(0);
-    physics
-        .laws
-        .displacements_m(structure, &run, &mut JointRotations::default(), &mut out);
-    out
+    let run = (LoadDirection::of_axis(direction), direction.into());
+    robots::displacements(&physics.laws, &pose, mechanics.pose(0), run, &PATH)
 }
 
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -70,7 +49,7 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// The numbers in the columns `<prefix>1`, `<prefix>2` … that are not empty.
-fn series(row: &BTreeMap<String, String>, prefix: &str) -> Vec<f64> {
+fn series(row: &Row, prefix: &str) -> Vec<f64> {
     (1..=PATH.len())
         .filter_map(|n| row.get(&format!("{prefix}{n}")))
         .filter(|text| !text.is_empty())
@@ -80,16 +59,13 @@ fn series(row: &BTreeMap<String, String>, prefix: &str) -> Vec<f64> {
 
 #[test]
 fn every_law_moves_the_end_as_in_opensees() {
-    let path = stiffbench_test_files::repository().join("fixtures/opensees/laws.csv");
-    let mut reader = csv::Reader::from_path(path).unwrap();
     let robots = [
-        ("host-parasite", robot("hp-robot")),
-        ("serial-arm", robot("serial-arm")),
+        ("host-parasite", shipped("hp-robot")),
+        ("serial-arm", shipped("serial-arm")),
     ];
     let (mut cases, mut with_materials) = (0, 0);
     let mut worst = BTreeMap::new();
-    for row in reader.deserialize::<BTreeMap<String, String>>() {
-        let row = row.unwrap();
+    for row in rows("opensees/laws.csv") {
         let robot = &robots
             .iter()
             .find(|(name, _)| *name == row["robot"])
@@ -134,7 +110,7 @@ fn every_law_moves_the_end_as_in_opensees() {
 /// A joint in no loop carries the moment of statics, whatever it does: lever and displacement in closed form.
 #[test]
 fn a_serial_arm_agrees_with_closed_forms() {
-    let arm = robot("serial-arm");
+    let arm = shipped("serial-arm");
     let mechanism = arm.mechanism(None).unwrap();
     let pose = arm.pose(&"P2".into()).unwrap();
     let factors = arm.factor_set("m_fsd").unwrap();
@@ -204,7 +180,7 @@ fn a_serial_arm_agrees_with_closed_forms() {
 fn many_compliant_joints_agree_with_springs_in_the_structure() {
     use stiffbench_beams::robot::{JointModel, Theory};
 
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("B")).unwrap();
     let factors: FittingFactors = robot.factor_set("m_fsd").unwrap();
     for c in [1e-6, 1e-4, 1e-2] {

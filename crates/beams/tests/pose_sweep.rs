@@ -10,6 +10,9 @@ use stiffbench_beams::robot::{
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
 use stiffbench_test_files::shipped_robot;
 
+use crate::support::robots::{factors_of_powers, lattice, named_poses, pose_at, shipped};
+use crate::support::rows::{compliance_of, pose_of, rows};
+
 /// Largest difference allowed, relative to the diagonal of the compliance, with the factors of the paper.
 const PAPER_FACTORS: f64 = 1e-9;
 
@@ -21,30 +24,6 @@ const EXACT_WITH_JOINTS: f64 = 1e-9;
 
 /// The same with random factors, which make the single solver lose more.
 const RANDOM_FACTORS: f64 = 2e-8;
-
-fn robot(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
-
-/// A pose whose variables stand at the given shares of their ranges.
-fn pose(robot: &Robot, shares: &[f64]) -> Pose {
-    let angles = robot.variables.iter().zip(shares);
-    Pose {
-        angles_deg: angles
-            .map(|(v, share)| v.min_deg + share * (v.max_deg - v.min_deg))
-            .collect(),
-    }
-}
-
-/// Poses on a lattice of the pose space that repeats nowhere.
-fn lattice(robot: &Robot, count: u32) -> Vec<Pose> {
-    let shares = |i: u32| -> Vec<f64> {
-        (1..=robot.variables.len())
-            .map(|j| (f64::from(i) * 0.618_034 * j as f64).fract())
-            .collect()
-    };
-    (0..count).map(|i| pose(robot, &shares(i))).collect()
-}
 
 /// Compares all poses that the mechanism reaches; returns how many, and the largest relative difference.
 fn compare(
@@ -107,7 +86,7 @@ fn the_paper_factors_in_many_poses() {
         ("hp-robot-host-dominant", "m_fsd"),
         ("serial-arm", "unit"),
     ] {
-        let robot = robot(name);
+        let robot = shipped(name);
         let factors = robot.factor_set(set).unwrap();
         let poses = lattice(&robot, 400);
         for mechanism in robot.mechanisms.keys() {
@@ -137,15 +116,11 @@ proptest! {
         timoshenko in any::<bool>(),
         spatial in any::<bool>(),
     ) {
-        let robot = robot("hp-robot");
+        let robot = shipped("hp-robot");
         let theory = if timoshenko { Theory::Timoshenko } else { Theory::EulerBernoulli };
         let path = if spatial { SolutionPath::Spatial } else { SolutionPath::Fastest };
-        let power = |i: usize| 10_f64.powf(exponents[i]);
-        let factors = FittingFactors::of_classes(
-            std::array::from_fn(power),
-            std::array::from_fn(|i| power(4 + i)),
-        );
-        let poses: Vec<Pose> = shares.iter().map(|shares| pose(&robot, shares)).collect();
+        let factors = factors_of_powers(&exponents);
+        let poses: Vec<Pose> = shares.iter().map(|shares| pose_at(&robot, shares)).collect();
         for mechanism in robot.mechanisms.keys() {
             let (_, largest) = compare(&robot, mechanism, theory, path, &poses, &factors);
             prop_assert!(largest < RANDOM_FACTORS, "mechanism {}: {:e}", mechanism, largest);
@@ -155,7 +130,7 @@ proptest! {
 
 #[test]
 fn a_pose_has_the_same_result_alone_and_among_others() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let factors = robot.factor_set("m_fsd").unwrap();
     let sweep = PoseSweep::new(&robot, robot.mechanism(None).unwrap(), &factors).unwrap();
     let poses = lattice(&robot, 3000);
@@ -210,22 +185,12 @@ fn poses_in_one_slice_have_the_same_results() {
 /// extended precision tells how far each of them is off.
 #[test]
 fn it_stays_near_the_exact_solution_where_double_precision_is_hard() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
-    let mut poses = Vec::new();
-    let mut exact = Vec::new();
-    let path = stiffbench_test_files::repository().join("fixtures/opensees/extended.csv");
-    for row in csv::Reader::from_path(path).unwrap().records() {
-        let row = row.unwrap();
-        let number = |column: usize| row[column].parse::<f64>().unwrap();
-        poses.push(Pose {
-            angles_deg: (1..5).map(number).collect(),
-        });
-        exact.push(Compliance6(std::array::from_fn(|i| {
-            std::array::from_fn(|j| number(5 + 6 * i + j))
-        })));
-    }
+    let rows = rows("opensees/extended.csv");
+    let poses: Vec<Pose> = rows.iter().map(|row| pose_of(row, &robot)).collect();
+    let exact: Vec<Compliance6> = rows.iter().map(compliance_of).collect();
     assert_eq!(poses.len(), 19);
     let mut single = Predictor::new(&robot, mechanism, &factors).unwrap();
     let mut largest_alone = 0.0_f64;
@@ -256,22 +221,18 @@ fn it_stays_near_the_exact_solution_where_double_precision_is_hard() {
 /// The same with joints of mechanism F that yield: one after the other, all at once, and A3 in the poses that are hardest.
 #[test]
 fn joints_that_yield_stay_near_the_exact_solution() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
-    let path = stiffbench_test_files::repository().join("fixtures/opensees/extended_joints.csv");
-    let (mut rows, mut worst) = (0, [0.0_f64; 3]);
-    for row in csv::Reader::from_path(path).unwrap().records() {
-        let row = row.unwrap();
-        let number = |column: usize| row[column].parse::<f64>().unwrap();
-        let pose = Pose {
-            angles_deg: (1..5).map(number).collect(),
-        };
-        let exact = Compliance6(std::array::from_fn(|i| {
-            std::array::from_fn(|j| number(6 + 6 * i + j))
-        }));
+    let rows = rows("opensees/extended_joints.csv");
+    assert_eq!(rows.len(), 70);
+    let mut worst = [0.0_f64; 3];
+    for row in &rows {
+        let (pose, exact) = (pose_of(row, &robot), compliance_of(row));
         let joint = |name: &str| robot.joints.iter().position(|j| &*j.name == name);
-        let yielding = row[5].split(' ').map(|name| (joint(name).unwrap(), 3e4));
+        let yielding = row["joints"]
+            .split(' ')
+            .map(|name| (joint(name).unwrap(), 3e4));
         let (joints, theory) = (
             JointModel::Hinged(yielding.collect()),
             Theory::EulerBernoulli,
@@ -282,7 +243,7 @@ fn joints_that_yield_stay_near_the_exact_solution() {
             let joints = joints.clone();
             let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path).unwrap();
             let swept = sweep.run(std::slice::from_ref(&pose), Keep::Full);
-            assert_eq!(swept.alone, 0, "{}", &row[5]);
+            assert_eq!(swept.alone, 0, "{}", row["joints"]);
             swept.compliances[0].unwrap()
         });
         for (worst, found) in worst
@@ -291,9 +252,7 @@ fn joints_that_yield_stay_near_the_exact_solution() {
         {
             *worst = worst.max(found.relative_difference(&exact));
         }
-        rows += 1;
     }
-    assert_eq!(rows, 70);
     let [fastest, spatial, alone] = worst;
     println!(
         "in the plane {fastest:.1e}, in space {spatial:.1e}, one at a time {alone:.1e} from the exact solution"
@@ -304,7 +263,7 @@ fn joints_that_yield_stay_near_the_exact_solution() {
 
 #[test]
 fn a_pose_that_a_loop_cannot_take_is_named_and_leaves_the_others_alone() {
-    let mut robot = robot("hp-robot");
+    let mut robot = shipped("hp-robot");
     let c1 = robot
         .nodes
         .iter_mut()
@@ -326,7 +285,7 @@ fn a_pose_that_a_loop_cannot_take_is_named_and_leaves_the_others_alone() {
 #[test]
 fn joints_that_yield() {
     for (name, set) in [("hp-robot", "m_fsd"), ("serial-arm", "unit")] {
-        let robot = robot(name);
+        let robot = shipped(name);
         let factors = robot.factor_set(set).unwrap();
         let poses = lattice(&robot, 40);
         for (title, mechanism) in &robot.mechanisms {
@@ -364,9 +323,9 @@ fn joints_that_yield() {
 
 #[test]
 fn poses_left_over_by_the_simd_lanes_are_solved() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let mechanism = robot.mechanism(None).unwrap();
-    let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
+    let poses = named_poses(&robot);
     let a3 = robot.joints.iter().position(|j| j.name == "A3").unwrap();
     let hinged = JointModel::Hinged(vec![(a3, 0.0)]);
     let mut without = FittingFactors::UNIT;
@@ -399,7 +358,7 @@ fn poses_left_over_by_the_simd_lanes_are_solved() {
 
 #[test]
 fn the_summary_lists_how_each_substructure_is_solved() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let said = |mechanism: &str, path: SolutionPath| -> Vec<String> {
         let mechanism = robot.mechanism(Some(mechanism)).unwrap();
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
@@ -425,7 +384,7 @@ fn the_summary_lists_how_each_substructure_is_solved() {
 
 #[test]
 fn substructures_below_a_fixed_waist_are_solved_once() {
-    let robot = robot("hp-robot");
+    let robot = shipped("hp-robot");
     let sweep = PoseSweep::new(
         &robot,
         robot.mechanism(None).unwrap(),

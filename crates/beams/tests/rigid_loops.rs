@@ -1,15 +1,17 @@
 //! Loops of rigid links with springs in their joints: against virtual work, stiff beams and differences.
 
 use stiffbench_beams::robot::{
-    FittingFactors, Keep, ModelParameter, MultiPosePredictor, Pose, PoseSweep, Predictor, Robot,
+    FittingFactors, Keep, ModelParameter, MultiPosePredictor, PoseSweep, Predictor, Robot,
     RobotError,
 };
 use stiffbench_beams::structure::{
-    Attachment, Compliance6, Hinge, Node, RigidMember, Solver, Structure, StructureError, Support,
+    Compliance6, RigidMember, Solver, Structure, StructureError, Support,
 };
 use stiffbench_units_and_text::source_text::SourceText;
 
 use crate::support::arms::{derivatives, spring};
+use crate::support::robots::{assert_differences, at_values};
+use crate::support::{behind, hinge, node};
 
 /// Spring constants about the four joints of a four-bar linkage, N·m/rad; `None` is a pin.
 type Springs = [Option<f64>; 4];
@@ -57,16 +59,10 @@ fn four_bar(springs: Springs, section: Option<&str>) -> Robot {
     Robot::parse(&SourceText::new("four-bar.toml", &text)).unwrap()
 }
 
-fn pose(degrees: f64) -> Pose {
-    Pose {
-        angles_deg: vec![degrees],
-    }
-}
-
 fn compliance(robot: &Robot, degrees: f64) -> Result<Compliance6, RobotError> {
     let mechanism = robot.mechanism(None).unwrap();
     let mut predictor = Predictor::new(robot, mechanism, &FittingFactors::UNIT)?;
-    predictor.place(&pose(degrees))?;
+    predictor.place(&at_values(&[degrees]))?;
     Ok(predictor.compliance())
 }
 
@@ -147,7 +143,7 @@ fn a_four_bar_linkage_yields_as_virtual_work_says() {
             assert!(error < 1e-10, "{springs:?} at {degrees}: {error:e}");
             let mechanism = robot.mechanism(None).unwrap();
             let sweep = PoseSweep::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
-            let swept = sweep.run(&[pose(degrees)], Keep::Full);
+            let swept = sweep.run(&[at_values(&[degrees])], Keep::Full);
             assert_eq!(swept.compliances[0], Some(found));
         }
     }
@@ -183,29 +179,14 @@ fn derivatives_of_a_loop_are_differences() {
     assert_eq!(parameters.len(), 8);
     let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
     for degrees in POSES {
-        let whole = derivatives(&mut together, &robot, &pose(degrees), &values, &parameters);
-        let start = together.compliance(0).unwrap();
-        for (place, parameter) in parameters.iter().enumerate() {
-            let value = values.get(parameter);
-            let mut at = |factor: f64| {
-                let mut moved = values.clone();
-                moved.set(parameter, value * factor);
-                together.solve(&moved, false).unwrap();
-                together.compliance(0).unwrap()
-            };
-            let (up, down) = (at(1.001), at(0.999));
-            for i in 0..6 {
-                for j in 0..6 {
-                    let slope = (up.0[i][j] - down.0[i][j]) / 2e-3;
-                    let scale = (start.0[i][i] * start.0[j][j]).sqrt();
-                    let error = (whole[place].0[i][j] * value - slope).abs();
-                    assert!(
-                        error <= 1e-6 * scale,
-                        "{parameter} {i} {j} at {degrees}: {error:e}"
-                    );
-                }
-            }
-        }
+        let whole = derivatives(
+            &mut together,
+            &robot,
+            &at_values(&[degrees]),
+            &values,
+            &parameters,
+        );
+        assert_differences(&mut together, &values, &parameters, &whole, 1e-6);
     }
 }
 
@@ -224,37 +205,27 @@ fn a_loop_that_nothing_holds_is_named() {
 
 /// Rigid links through points in the plane of x and y, each joint about z; the first and the last stand on the ground.
 fn loop_through(points: &[[f64; 2]]) -> Structure {
-    let node = |&[x, y]: &[f64; 2]| Node {
-        name: "P".into(),
-        position_m: [x, y, 0.0],
-    };
     let last = points.len() - 1;
-    let at = |node: usize, hinge: usize| Attachment {
-        node,
-        hinges: vec![hinge],
-    };
     // Link i runs from joint i to the joint after it; the last one hangs on the ground by its own joint.
-    let link = |place: usize| {
-        let far: Attachment = if place + 1 == last {
-            at(last, last)
-        } else {
-            (place + 1).into()
-        };
-        RigidMember {
-            name: format!("link {place}").as_str().into(),
-            ends: [at(place, place), far],
-        }
+    let link = |place: usize| RigidMember {
+        name: format!("link {place}").as_str().into(),
+        ends: [
+            behind(place, place),
+            if place + 1 == last {
+                behind(last, last)
+            } else {
+                (place + 1).into()
+            },
+        ],
     };
-    let hinge = |place: usize| Hinge {
-        name: format!("J{place}").as_str().into(),
-        axis: [0.0, 0.0, 1.0],
-        slides: false,
-        stiffness_nm_per_rad: 100.0,
-    };
+    let joint = |place: usize| hinge(&format!("J{place}"), [0.0, 0.0, 1.0], 100.0);
     Structure {
-        nodes: points.iter().map(node).collect(),
+        nodes: points
+            .iter()
+            .map(|[x, y]| node("P", [*x, *y, 0.0]))
+            .collect(),
         rigid_members: (0..last).map(link).collect(),
-        hinges: (0..points.len()).map(hinge).collect(),
+        hinges: (0..points.len()).map(joint).collect(),
         supports: vec![Support::clamped(0), Support::clamped(last)],
         end: 1.into(),
         ..Structure::default()

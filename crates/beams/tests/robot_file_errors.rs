@@ -1,7 +1,7 @@
 //! What is wrong with a robot file is said at the line and column where it stands, and nothing that a file can say makes the reader
 //! panic, hang or compute with numbers that are none.
 
-use crate::support::level_arm;
+use crate::support::{level_arm, marked};
 use miette::Diagnostic;
 use proptest::prelude::*;
 use stiffbench_beams::robot::{Predictor, Robot, RobotError, chain_mobility, mobility};
@@ -27,24 +27,11 @@ fn error_in(text: &str) -> (usize, usize, String, String) {
 /// Replaces `find` by `replacement`, in which « marks where the error must be found.
 #[track_caller]
 fn refused(find: &str, replacement: &str, message: &str, help: &str) {
-    let marked = level_arm::with(find, replacement);
-    let at = marked.find('«').expect("the replacement has a mark");
-    let text = marked.replacen('«', "", 1);
-    let before = &text[..at];
-    let expected = (
-        before.matches('\n').count() + 1,
-        before.rsplit('\n').next().unwrap().chars().count() + 1,
-    );
+    let (text, expected) = marked(&level_arm::with(find, replacement));
     let (line, column, said, helped) = error_in(&text);
     assert!(said.contains(message), "{said}");
     assert!(helped.contains(help), "help: {helped}");
     assert_eq!((line, column), expected, "{said}");
-}
-
-#[test]
-fn the_example_itself_loads() {
-    let robot = parse(level_arm::text()).unwrap();
-    assert_eq!(robot.warnings, Vec::<String>::new());
 }
 
 /// What is replaced, by what, and what the message and the help must contain.
@@ -127,18 +114,11 @@ fn expressions_without_value() {
     for text in ["2 * arm", "", "0.1 +", "--arm", "3 arm", "sin(3)"] {
         refused("reach = 0.200", &format!("reach = «\"{text}\""), "", "");
     }
-    refused(
-        "reach = 0.200",
-        "reach = «\"2 * arm\"",
-        "is not a signed sum",
-        "",
-    );
-    refused(
-        "reach = 0.200",
-        "reach = «\"1e999\"",
-        "must lie between -1e9 and 1e9",
-        "",
-    );
+    #[rustfmt::skip]
+    all_refused(&[
+        ("reach = 0.200", "reach = «\"2 * arm\"", "is not a signed sum", ""),
+        ("reach = 0.200", "reach = «\"1e999\"", "must lie between -1e9 and 1e9", ""),
+    ]);
 }
 
 /// TOML has nan and inf; so has a file whose numbers came out of a script that failed.
@@ -184,27 +164,17 @@ fn numbers_that_are_none() {
 #[test]
 fn numbers_that_are_impossible() {
     for number in ["-3.0e-3", "0.0", "-0.0"] {
-        let replacement = |key: &str| format!("{key} = «{number}");
-        refused("A = 3.0e-3", &replacement("A"), "A of section post is", "");
-        refused("Iy = 4.0e-6", &replacement("Iy"), "above zero", "");
-        refused(
-            "E = 210.0e9",
-            &replacement("E"),
-            "E of material steel is",
-            "",
-        );
-        refused(
-            "Iy = 0.8",
-            &replacement("Iy"),
-            "factor Iy of beam in fitted is",
-            "",
-        );
-        refused(
-            "[\"C\", \"arm\"]",
-            &format!("[\"C\", «{number}]"),
-            "the radius is",
-            "",
-        );
+        #[rustfmt::skip]
+        let places = [
+            ("A = 3.0e-3", "A = «#", "A of section post is"),
+            ("Iy = 4.0e-6", "Iy = «#", "above zero"),
+            ("E = 210.0e9", "E = «#", "E of material steel is"),
+            ("Iy = 0.8", "Iy = «#", "factor Iy of beam in fitted is"),
+            ("[\"C\", \"arm\"]", "[\"C\", «#]", "the radius is"),
+        ];
+        for (find, replacement, message) in places {
+            refused(find, &replacement.replace('#', number), message, "");
+        }
     }
     #[rustfmt::skip]
     all_refused(&[
@@ -358,11 +328,8 @@ fn unknown_keys_are_warned_about_where_they_stand() {
         ("link = { A = 0.7", "link = { «k = 1.0, A = 0.7", "`factors.fitted.link.k`"),
     ];
     for (find, replacement, name) in cases {
-        let marked = level_arm::with(find, replacement);
-        let at = marked.find('«').unwrap();
-        let robot = parse(&marked.replacen('«', "", 1)).unwrap();
-        let line = marked[..at].matches('\n').count() + 1;
-        let column = marked[..at].rsplit('\n').next().unwrap().chars().count() + 1;
+        let (text, (line, column)) = marked(&level_arm::with(find, replacement));
+        let robot = parse(&text).unwrap();
         let [warning] = &robot.warnings[..] else {
             panic!("{:?}", robot.warnings)
         };

@@ -2,6 +2,7 @@
 //! hand, and what every planar linkage keeps.
 
 use crate::support::level_arm;
+use crate::support::robots::{at_values, shipped};
 use std::collections::HashMap;
 
 use proptest::prelude::*;
@@ -16,10 +17,6 @@ use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
 
 type Points = HashMap<String, [f64; 3]>;
-
-fn shipped(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
 
 fn model<'a>(robot: &'a Robot, mechanism: &str) -> MechanismModel<'a> {
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
@@ -45,9 +42,7 @@ fn points(model: &mut MechanismModel<'_>, pose: &Pose) -> Points {
 }
 
 fn pose(theta1: f64, theta2: f64, theta3: f64, theta4: f64) -> Pose {
-    Pose {
-        angles_deg: vec![theta1, theta2, theta3, theta4],
-    }
+    at_values(&[theta1, theta2, theta3, theta4])
 }
 
 fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -377,11 +372,10 @@ fn a_loop_that_cannot_close_is_named_with_its_gap() {
 
 #[test]
 fn nodes_out_of_their_plane_are_refused() {
-    let text = level_arm::with(
+    let robot = level_arm::robot_with(
         r#"at = [0.0, "offset", 0.0]"#,
         r#"at = [0.02, "offset", 0.0]"#,
     );
-    let robot = Robot::parse(&SourceText::new("skew.toml", text)).unwrap();
     let error = model(&robot, "levelled")
         .place(&robot.nominal_pose())
         .unwrap_err();
@@ -442,8 +436,7 @@ fn names_that_a_robot_lacks_come_with_those_it_has() {
 #[test]
 fn mechanisms_that_reach_nothing_are_refused() {
     let refused = |find: &str, replacement: &str, what: &str| {
-        let text = level_arm::with(find, replacement);
-        let robot = Robot::parse(&SourceText::new("part.toml", text)).unwrap();
+        let robot = level_arm::robot_with(find, replacement);
         let mechanism = robot.mechanism(None).unwrap();
         let error = Predictor::new(&robot, mechanism, &FittingFactors::UNIT).unwrap_err();
         assert!(
@@ -464,11 +457,10 @@ fn mechanisms_that_reach_nothing_are_refused() {
 #[test]
 fn a_structure_that_moves_is_named_with_its_mechanism() {
     // Nobody holds the arm's joint: the parallelogram swings.
-    let text = level_arm::with(
+    let robot = level_arm::robot_with(
         "[mechanisms.levelled]\nchains = [\"host\", \"level\"]\ndrives = { M1 = \"O\" }",
         "[mechanisms.levelled]\nchains = [\"host\", \"level\"]",
     );
-    let robot = Robot::parse(&SourceText::new("loose.toml", text)).unwrap();
     let mechanism = robot.mechanism(None).unwrap();
     let mut predictor = Predictor::with(
         &robot,
@@ -495,12 +487,7 @@ fn the_parallelogram_of_the_example_keeps_the_hand_level() {
     let mut model = model(&robot, "levelled");
     for lift in [-30.0, 0.0, 45.0, 60.0] {
         for trim in [0.0, 12.0] {
-            let p = points(
-                &mut model,
-                &Pose {
-                    angles_deg: vec![lift, trim],
-                },
-            );
+            let p = points(&mut model, &at_values(&[lift, trim]));
             let a = add([0.0, 0.5, 0.0], direction(lift, 0.6));
             assert_at(p["D"], add(a, direction(90.0 + trim, 0.15)), 1e-12, "D");
             assert_at(p["E"], add(a, direction(trim, 0.2)), 1e-12, "E");
@@ -509,12 +496,8 @@ fn the_parallelogram_of_the_example_keeps_the_hand_level() {
 }
 
 #[test]
-fn a_users_own_file_loads() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("my robot.toml");
-    std::fs::write(&path, level_arm::text()).unwrap();
-    let text = std::fs::read_to_string(&path).unwrap();
-    let robot = Robot::parse(&SourceText::new(path.display().to_string(), text)).unwrap();
+fn the_example_stands_straight_and_has_nothing_fitted_by_default() {
+    let robot = Robot::parse(&SourceText::new("my robot.toml", level_arm::text())).unwrap();
     assert_eq!(robot.name, "level arm");
     assert_eq!(robot.default_factors().0, "unit");
     assert_eq!(robot.nominal_pose().angles_deg, [0.0, 0.0]);

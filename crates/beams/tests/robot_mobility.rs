@@ -1,13 +1,10 @@
 //! Degrees of freedom: the paper's Table I, and the rank of the closure conditions as an independent count.
 
 use stiffbench_beams::robot::{ChainMobility, Mobility, Robot, chain_mobility, mobility};
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
 
-fn shipped(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
+use crate::support::robots::shipped;
 
 /// Cell of Table I of the paper.
 fn table_i(chain: &str, quantity: &str) -> i64 {

@@ -1,8 +1,8 @@
 //! Elements far stiffer than their neighbours: right to six digits, or refused by name.
 
-use stiffbench_beams::structure::{Element, Section, Solver, Structure, StructureError, Support};
+use stiffbench_beams::structure::{Solver, Structure, StructureError};
 
-use super::support::{SECTION, STEEL, beam, node};
+use super::support::{SECTION, STEEL, chain};
 
 const PIECES: usize = 4;
 const LENGTH_M: f64 = 1.6;
@@ -10,28 +10,12 @@ const LENGTH_M: f64 = 1.6;
 /// A cantilever of four pieces of which one is stiffer.
 fn cantilever(stiff: usize, factor: f64) -> Structure {
     let piece_m = LENGTH_M / PIECES as f64;
-    let section = |piece: usize| {
-        let by = if piece == stiff { factor } else { 1.0 };
-        Section {
-            area_m2: by * SECTION.area_m2,
-            iy_m4: by * SECTION.iy_m4,
-            iz_m4: by * SECTION.iz_m4,
-            j_m4: by * SECTION.j_m4,
-        }
-    };
-    Structure {
-        nodes: (0..=PIECES)
-            .map(|i| node(&format!("N{i}"), [piece_m * i as f64, 0.0, 0.0]))
-            .collect(),
-        elements: (0..PIECES)
-            .map(|i| Element {
-                ..beam([i, i + 1], [0.0, 1.0, 0.0], section(i))
-            })
-            .collect(),
-        supports: vec![Support::clamped(0)],
-        end: PIECES.into(),
-        ..Structure::default()
-    }
+    let places: Vec<[f64; 3]> = (0..=PIECES)
+        .map(|i| [piece_m * i as f64, 0.0, 0.0])
+        .collect();
+    let mut structure = chain(&places, [0.0, 1.0, 0.0]);
+    structure.elements[stiff].section = SECTION.scaled([factor; 4]);
+    structure
 }
 
 /// Castigliano: the compliance across is the integral of (L - x)²/EI, piece by piece.

@@ -7,6 +7,8 @@ use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
 
+use crate::support::robots::{named_poses, shipped};
+
 /// Compliances of the end in the named poses of a robot, m/N.
 fn compliances(robot: &Robot, factors: &FittingFactors, poses: &[Pose]) -> Vec<[[f64; 3]; 3]> {
     let mechanism = robot.mechanism(None).unwrap();
@@ -35,9 +37,6 @@ fn difference(name: &str, effect: &str, from: &str, to: &str) -> f64 {
         suspects.places()
     );
     let edit = StructureEdit::new(&robot, mechanism, &suspects, &[effect]).unwrap();
-    let named = |robot: &Robot| -> Vec<Pose> {
-        robot.poses.iter().map(|named| named.pose.clone()).collect()
-    };
     let poses: Vec<Pose> = robot
         .poses
         .iter()
@@ -46,8 +45,8 @@ fn difference(name: &str, effect: &str, from: &str, to: &str) -> f64 {
     let (_, factors) = robot.default_factors();
     let (_, right_factors) = right.default_factors();
     let found = compliances(&edit.robot(&robot), &edit.factors(&factors), &poses);
-    let expected = compliances(&right, &right_factors, &named(&right));
-    let before = compliances(&robot, &factors, &named(&robot));
+    let expected = compliances(&right, &right_factors, &named_poses(&right));
+    let before = compliances(&robot, &factors, &named_poses(&robot));
     let all = |poses: &[[[f64; 3]; 3]]| {
         poses
             .iter()
@@ -72,78 +71,28 @@ const ROUNDING: f64 = 1e-9;
 
 #[test]
 fn an_effect_on_the_file_is_the_file_with_another_number() {
-    for (robot, effect, from, to) in [
-        (
-            "hp-robot",
-            "link-length@upper_arm.l_A3A4:length=15mm",
-            "l_A3A4 = 0.776",
-            "l_A3A4 = 0.791",
-        ),
-        (
-            "hp-robot",
-            "link-length@waist.l_A2A3:length=-20mm",
-            "l_A2A3 = 0.585",
-            "l_A2A3 = 0.565",
-        ),
-        (
-            "hp-robot",
-            "link-length@crank_C.l_C:length=8mm",
-            "l_C = 0.153",
-            "l_C = 0.161",
-        ),
-        (
-            "serial-arm",
-            "link-length@arm2.l2:length=12mm",
-            "l2 = 0.48",
-            "l2 = 0.492",
-        ),
-        (
-            "four-bar",
-            "link-length@crank.points.B.at_mm.1:length=5mm",
-            "[0, 120, 0]",
-            "[0, 125, 0]",
-        ),
-        (
-            "fanuc-r2000ic",
-            "link-length@J2.joints.J3.a_mm:length=10mm",
-            "a_mm = 1075",
-            "a_mm = 1085",
-        ),
-        (
-            "serial-arm",
-            "section-error@E78:share=30%",
-            "J = 3.15e-08",
-            "J = 4.095e-08",
-        ),
-        (
-            "serial-arm",
-            "joint-offset@S3/P1:angle=1deg",
-            "theta3 = -30.000",
-            "theta3 = -29.000",
-        ),
-        (
-            "serial-arm",
-            "factor-group@beam.Iy:share=50%",
-            "Iy = 0.7,",
-            "Iy = 1.05,",
-        ),
-    ] {
-        let mut from_to = (from.to_owned(), to.to_owned());
-        if effect.starts_with("section-error") {
-            // A quarter of a section is no mistake of the whole section: all four constants change.
-            from_to = (
-                "A = 4.0e-4\nIy = 1.75e-08\nIz = 1.75e-08\nJ = 3.15e-08".to_owned(),
-                "A = 5.2e-4\nIy = 2.275e-08\nIz = 2.275e-08\nJ = 4.095e-08".to_owned(),
-            );
-        }
-        let found = difference(robot, effect, &from_to.0, &from_to.1);
+    #[rustfmt::skip]
+    let cases = [
+        ("hp-robot", "link-length@upper_arm.l_A3A4:length=15mm", "l_A3A4 = 0.776", "l_A3A4 = 0.791"),
+        ("hp-robot", "link-length@waist.l_A2A3:length=-20mm", "l_A2A3 = 0.585", "l_A2A3 = 0.565"),
+        ("hp-robot", "link-length@crank_C.l_C:length=8mm", "l_C = 0.153", "l_C = 0.161"),
+        ("serial-arm", "link-length@arm2.l2:length=12mm", "l2 = 0.48", "l2 = 0.492"),
+        ("four-bar", "link-length@crank.points.B.at_mm.1:length=5mm", "[0, 120, 0]", "[0, 125, 0]"),
+        ("fanuc-r2000ic", "link-length@J2.joints.J3.a_mm:length=10mm", "a_mm = 1075", "a_mm = 1085"),
+        // A quarter of a section is no mistake of the whole section: all four constants change.
+        ("serial-arm", "section-error@E78:share=30%", "A = 4.0e-4\nIy = 1.75e-08\nIz = 1.75e-08\nJ = 3.15e-08", "A = 5.2e-4\nIy = 2.275e-08\nIz = 2.275e-08\nJ = 4.095e-08"),
+        ("serial-arm", "joint-offset@S3/P1:angle=1deg", "theta3 = -30.000", "theta3 = -29.000"),
+        ("serial-arm", "factor-group@beam.Iy:share=50%", "Iy = 0.7,", "Iy = 1.05,"),
+    ];
+    for (robot, effect, from, to) in cases {
+        let found = difference(robot, effect, from, to);
         assert!(found < ROUNDING, "{effect}: {found:e}");
     }
 }
 
 #[test]
 fn an_offset_of_a_joint_is_the_same_in_all_poses() {
-    let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+    let robot = shipped("serial-arm");
     let mechanism = robot.mechanism(None).unwrap();
     let suspects = FileSuspects::new(&robot, mechanism, &[], &[]);
     let effect: Effect = "joint-offset@S3:angle=2deg".parse().unwrap();
@@ -173,7 +122,7 @@ fn an_offset_of_a_joint_is_the_same_in_all_poses() {
 
 #[test]
 fn what_is_not_in_the_file_is_refused() {
-    let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+    let robot = shipped("serial-arm");
     let mechanism = robot.mechanism(None).unwrap();
     let suspects = FileSuspects::new(&robot, mechanism, &[], &[]);
     for effect in [

@@ -12,51 +12,17 @@
 use std::collections::BTreeMap;
 
 use stiffbench_beams::robot::{
-    FittingFactors, JointModel, MultiPosePredictor, Pose, Predictor, Robot, Theory,
+    FittingFactors, JointModel, MultiPosePredictor, Predictor, Robot, Theory,
 };
-use stiffbench_beams::structure::Compliance6;
 use stiffbench_numeric::vector::norm;
-use stiffbench_test_files::{shipped_robot, text};
+use stiffbench_test_files::text;
+
+use crate::support::robots;
+use crate::support::rows::{Row, compliance_of, number, numbers, pose_of, rows};
 use stiffbench_units_and_text::source_text::SourceText;
-
-type Row = BTreeMap<String, String>;
-
-fn rows(file: &str) -> Vec<Row> {
-    let path = stiffbench_test_files::repository()
-        .join("fixtures/opensees")
-        .join(file);
-    let mut reader = csv::Reader::from_path(path).unwrap();
-    reader.deserialize().collect::<Result<_, _>>().unwrap()
-}
 
 /// The shipped robots under the names the fixtures use.
 const ROBOTS: [(&str, &str); 2] = [("host-parasite", "hp-robot"), ("serial-arm", "serial-arm")];
-
-fn robot(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
-
-fn number(row: &Row, key: &str) -> f64 {
-    row[key]
-        .parse()
-        .unwrap_or_else(|_| panic!("{key} in {row:?}"))
-}
-
-fn pose(row: &Row, robot: &Robot) -> Pose {
-    Pose {
-        angles_deg: robot
-            .variables
-            .iter()
-            .map(|v| number(row, &format!("{}_deg", v.name)))
-            .collect(),
-    }
-}
-
-fn compliance(row: &Row) -> Compliance6 {
-    let displacements = ["ux", "uy", "uz", "rx", "ry", "rz"];
-    let forces = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
-    Compliance6(displacements.map(|d| forces.map(|f| number(row, &format!("c_{d}_{f}")))))
-}
 
 /// Largest relative difference of our compliance to a row's, one pose at a time and several together, by mechanism; asserts each row
 /// against its bound.
@@ -68,7 +34,7 @@ fn compare(
 ) -> usize {
     let robots: BTreeMap<String, Robot> = ROBOTS
         .into_iter()
-        .map(|(fixture, shipped)| (fixture.to_owned(), robot(shipped)))
+        .map(|(fixture, shipped)| (fixture.to_owned(), robots::shipped(shipped)))
         .collect();
     let mut worst: BTreeMap<String, f64> = BTreeMap::new();
     let rows = rows(file);
@@ -81,13 +47,13 @@ fn compare(
             .unwrap();
         let mut predictor =
             Predictor::with(robot, mechanism, &joints(row, robot), theory, &factors).unwrap();
-        predictor.place(&pose(row, robot)).unwrap();
+        predictor.place(&pose_of(row, robot)).unwrap();
         let mut together =
             MultiPosePredictor::with(robot, mechanism, &joints(row, robot), theory, &[], 1)
                 .unwrap();
-        together.place(0, &pose(row, robot)).unwrap();
+        together.place(0, &pose_of(row, robot)).unwrap();
         together.solve(&factors, false).unwrap();
-        let expected = compliance(row);
+        let expected = compliance_of(row);
         let difference = predictor.compliance().relative_difference(&expected).max(
             together
                 .compliance(0)
@@ -116,7 +82,7 @@ fn compare(
 fn end_compliance_of_all_mechanisms() {
     // 1e-8 of the root of the product of the diagonal entries: OpenSees itself keeps 2.3e-10 here (agreement.csv).
     let count = compare(
-        "compliance.csv",
+        "opensees/compliance.csv",
         Theory::EulerBernoulli,
         |_, _| JointModel::Rigid,
         |_| 1e-8,
@@ -127,7 +93,7 @@ fn end_compliance_of_all_mechanisms() {
 #[test]
 fn timoshenko_beams() {
     let count = compare(
-        "timoshenko.csv",
+        "opensees/timoshenko.csv",
         Theory::Timoshenko,
         |_, _| JointModel::Rigid,
         |_| 1e-8,
@@ -138,7 +104,7 @@ fn timoshenko_beams() {
 /// Hinges, slides, rows of Denavit and Hartenberg, beams and rigid links, with springs everywhere.
 #[test]
 fn random_robots() {
-    let rows = rows("random_robots.csv");
+    let rows = rows("opensees/random_robots.csv");
     for row in &rows {
         let file = format!("fixtures/cases/random-robots/{}.toml", row["robot"]);
         let robot = Robot::parse(&SourceText::new(&*file, text(&file))).unwrap();
@@ -151,7 +117,9 @@ fn random_robots() {
             Predictor::with(&robot, mechanism, &JointModel::Rigid, theory, &unit).unwrap();
         predictor.place(&robot.poses[0].pose).unwrap();
         // Rigid joints of OpenSees are stiff springs here: they leave 3e-8 (tests/opensees/check.py).
-        let difference = predictor.compliance().relative_difference(&compliance(row));
+        let difference = predictor
+            .compliance()
+            .relative_difference(&compliance_of(row));
         assert!(difference < 1e-6, "{file}: compliance {difference:e}");
         let (solver, model) = predictor.parts();
         let mass = model.mass_kg() / number(row, "mass_kg");
@@ -196,7 +164,7 @@ fn released_joints() {
             1e-8
         }
     };
-    let count = compare("pinned.csv", Theory::EulerBernoulli, joints, bound);
+    let count = compare("opensees/pinned.csv", Theory::EulerBernoulli, joints, bound);
     assert!(count >= 30, "{count} rows");
 }
 
@@ -204,14 +172,14 @@ fn released_joints() {
 fn node_positions() {
     let mut checked = 0;
     for (fixture, shipped) in ROBOTS {
-        let robot = robot(shipped);
+        let robot = robots::shipped(shipped);
         let mechanism = robot.mechanism(None).unwrap();
         let mut predictor = Predictor::new(&robot, mechanism, &robot.default_factors().1).unwrap();
-        for row in rows("nodes.csv")
+        for row in rows("opensees/nodes.csv")
             .iter()
             .filter(|row| row["robot"] == fixture)
         {
-            predictor.place(&pose(row, &robot)).unwrap();
+            predictor.place(&pose_of(row, &robot)).unwrap();
             let node = predictor
                 .model()
                 .structure()
@@ -235,13 +203,13 @@ fn node_positions() {
 
 #[test]
 fn reactions_and_end_forces() {
-    let robot = robot("hp-robot");
+    let robot = robots::shipped("hp-robot");
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let mut predictor =
         Predictor::new(&robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
     let mut checked = 0;
-    for row in rows("forces.csv") {
-        predictor.place(&pose(&row, &robot)).unwrap();
+    for row in rows("opensees/forces.csv") {
+        predictor.place(&pose_of(&row, &robot)).unwrap();
         let mut load = [0.0; 6];
         load[["Fx", "Fy", "Fz"]
             .iter()
@@ -252,7 +220,7 @@ fn reactions_and_end_forces() {
         let loads = [(structure.end.clone(), load)];
         let response = solver.respond(structure, &loads);
         let keys = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
-        let expected = keys.map(|key| number(&row, key));
+        let expected = numbers(&row, keys);
         let found = match (row["kind"].as_str(), row["axes"].as_str()) {
             ("reaction", _) => {
                 let place = structure

@@ -1,6 +1,6 @@
 //! What holds for every structure of beams, tried on random ones.
 
-use crate::support::{beam, compliance, hinge, node, solver, turned};
+use crate::support::{beam, compliance, held, hinge, node, solver, turned};
 use proptest::prelude::*;
 use stiffbench_beams::structure::{
     Attachment, ComplianceGradient, Element, Property, Section, ShearCoefficients, Structure,
@@ -84,10 +84,7 @@ fn any_rigid_structure() -> impl Strategy<Value = Structure> {
             }
             let mut supports = vec![Support::clamped(0)];
             if second_support {
-                supports.push(Support {
-                    node: 1,
-                    held: [false, true, false, false, false, true],
-                });
+                supports.push(held(1, [false, true, false, false, false, true]));
             }
             Structure {
                 struts: Vec::new(),

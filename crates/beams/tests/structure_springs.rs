@@ -2,16 +2,17 @@
 
 use stiffbench_beams::physics::{ActingPhysics, Effect, FileSuspects, Mechanics, StructureEdit};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot};
-use stiffbench_test_files::shipped_robot;
+
+use crate::support::robots::{named_poses, shipped};
 
 /// A robot with its mechanism, its poses and its factors.
 fn with_robot(
     name: &str,
     check: impl Fn(&Robot, &stiffbench_beams::robot::Mechanism, &[Pose], &FittingFactors),
 ) {
-    let robot = Robot::parse(&shipped_robot(name).unwrap()).unwrap();
+    let robot = shipped(name);
     let mechanism = robot.mechanism(None).unwrap();
-    let poses: Vec<Pose> = robot.poses.iter().map(|one| one.pose.clone()).collect();
+    let poses = named_poses(&robot);
     let (_, factors) = robot.default_factors();
     check(&robot, mechanism, &poses, &factors);
 }

@@ -3,7 +3,9 @@
 //! Closed forms without a source named are those of elementary beam theory as in Young, Budynas and Sadegh, Roark's Formulas for
 //! Stress and Strain, 8th edition, table 8.1.
 
-use crate::support::{SECTION, STEEL, beam, compliance, hinge, node, solver, transposed, turned};
+use crate::support::{
+    SECTION, STEEL, beam, behind, chain, compliance, held, hinge, node, solver, transposed, turned,
+};
 use stiffbench_beams::structure::{
     Attachment, Compliance6, Element, Material, Section, ShearCoefficients, Structure, Support,
 };
@@ -37,16 +39,7 @@ const INEXTENSIBLE: f64 = 1e-6;
 
 /// A clamped beam of length `l` from the origin along `along`, local y toward `toward_y`.
 fn cantilever(l: f64, along: [f64; 3], toward_y: [f64; 3]) -> Structure {
-    Structure {
-        nodes: vec![
-            node("root", [0.0; 3]),
-            node("tip", scale(along, l / norm(along))),
-        ],
-        elements: vec![beam([0, 1], toward_y, SECTION)],
-        supports: vec![Support::clamped(0)],
-        end: 1.into(),
-        ..Structure::default()
-    }
+    chain(&[[0.0; 3], scale(along, l / norm(along))], toward_y)
 }
 
 /// ```text
@@ -116,23 +109,15 @@ fn only_the_part_of_the_hint_across_the_element_counts() {
 fn propped_cantilever() {
     let (l, p) = (1.6, 1000.0);
     let structure = Structure {
-        nodes: vec![
-            node("wall", [0.0; 3]),
-            node("middle", [0.5 * l, 0.0, 0.0]),
-            node("prop", [l, 0.0, 0.0]),
-        ],
-        elements: [[0, 1], [1, 2]]
-            .map(|ends| beam(ends, [0.0, 1.0, 0.0], SECTION))
-            .to_vec(),
         supports: vec![
             Support::clamped(0),
-            Support {
-                node: 2,
-                held: [false, true, false, false, false, false],
-            },
+            held(2, [false, true, false, false, false, false]),
         ],
         end: 1.into(),
-        ..Structure::default()
+        ..chain(
+            &[[0.0; 3], [0.5 * l, 0.0, 0.0], [l, 0.0, 0.0]],
+            [0.0, 1.0, 0.0],
+        )
     };
     let load = [(Attachment::from(1), [0.0, -p, 0.0, 0.0, 0.0, 0.0])];
     let response = solver(&structure).respond(&structure, &load);
@@ -155,26 +140,15 @@ fn propped_cantilever() {
 fn simply_supported_beam() {
     let (l, p) = (2.4, 500.0);
     let structure = Structure {
-        nodes: vec![
-            node("left", [0.0; 3]),
-            node("middle", [0.0, 0.0, 0.5 * l]),
-            node("right", [0.0, 0.0, l]),
-        ],
-        elements: [[0, 1], [1, 2]]
-            .map(|ends| beam(ends, [1.0, 0.0, 0.0], SECTION))
-            .to_vec(),
         supports: vec![
-            Support {
-                node: 0,
-                held: [true, true, true, false, false, true],
-            },
-            Support {
-                node: 2,
-                held: [true, true, false, false, false, false],
-            },
+            held(0, [true, true, true, false, false, true]),
+            held(2, [true, true, false, false, false, false]),
         ],
         end: 1.into(),
-        ..Structure::default()
+        ..chain(
+            &[[0.0; 3], [0.0, 0.0, 0.5 * l], [0.0, 0.0, l]],
+            [1.0, 0.0, 0.0],
+        )
     };
     // Along z with local y = x: local z = z × x = y, so a force along y bends about local y, against Iy.
     let load = [(Attachment::from(1), [0.0, p, 0.0, 0.0, 0.0, 0.0])];
@@ -193,17 +167,12 @@ fn simply_supported_beam() {
 fn beam_clamped_at_both_ends() {
     let l = 1.1;
     let structure = Structure {
-        nodes: vec![
-            node("left", [0.0; 3]),
-            node("middle", [0.5 * l, 0.0, 0.0]),
-            node("right", [l, 0.0, 0.0]),
-        ],
-        elements: [[0, 1], [1, 2]]
-            .map(|ends| beam(ends, [0.0, 1.0, 0.0], SECTION))
-            .to_vec(),
         supports: vec![Support::clamped(0), Support::clamped(2)],
         end: 1.into(),
-        ..Structure::default()
+        ..chain(
+            &[[0.0; 3], [0.5 * l, 0.0, 0.0], [l, 0.0, 0.0]],
+            [0.0, 1.0, 0.0],
+        )
     };
     let c = compliance(&structure);
     assert_close(c.direct(0), l / (4.0 * E * SECTION.area_m2), TOLERANCE);
@@ -230,20 +199,7 @@ fn beam_clamped_at_both_ends() {
 #[test]
 fn bent_cantilever_bends_and_twists() {
     let (a, b) = (0.7, 0.45);
-    let structure = Structure {
-        nodes: vec![
-            node("root", [0.0; 3]),
-            node("corner", [0.0, 0.0, a]),
-            node("tip", [b, 0.0, a]),
-        ],
-        elements: vec![
-            beam([0, 1], [0.0, 1.0, 0.0], SECTION),
-            beam([1, 2], [0.0, 1.0, 0.0], SECTION),
-        ],
-        supports: vec![Support::clamped(0)],
-        end: 2.into(),
-        ..Structure::default()
-    };
+    let structure = chain(&[[0.0; 3], [0.0, 0.0, a], [b, 0.0, a]], [0.0, 1.0, 0.0]);
     // Local y is the direction of the load in both arms: bending against Iz.
     let ei = E * SECTION.iz_m4;
     let expected = a.powi(3) / (3.0 * ei) + b.powi(3) / (3.0 * ei) + b * b * a / (G * SECTION.j_m4);
@@ -254,13 +210,6 @@ fn bent_cantilever_bends_and_twists() {
     assert_close(compliance(&structure).direct(2), expected, TOLERANCE);
 }
 
-fn timoshenko(element: &Element, shear: ShearCoefficients) -> Element {
-    Element {
-        shear: Some(shear),
-        ..element.clone()
-    }
-}
-
 /// Timoshenko's cantilever, δ = P L³/3EI + P L/k G A in each plane, in one piece and in three.
 #[test]
 fn timoshenko_cantilever() {
@@ -269,24 +218,16 @@ fn timoshenko_cantilever() {
         along_y: 0.44,
         along_z: 5.0 / 6.0,
     };
-    let whole = {
-        let mut structure = cantilever(l, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        structure.elements[0] = timoshenko(&structure.elements[0], shear);
+    let in_pieces = |places: &[f64]| {
+        let places: Vec<[f64; 3]> = places.iter().map(|s| [s * l, 0.0, 0.0]).collect();
+        let mut structure = chain(&places, [0.0, 1.0, 0.0]);
+        for element in &mut structure.elements {
+            element.shear = Some(shear);
+        }
         structure
     };
-    let pieces = Structure {
-        nodes: [0.0, 0.3, 0.55, 1.0]
-            .map(|s| node("n", [s * l, 0.0, 0.0]))
-            .to_vec(),
-        elements: [[0, 1], [1, 2], [2, 3]]
-            .map(|ends| timoshenko(&beam(ends, [0.0, 1.0, 0.0], SECTION), shear))
-            .to_vec(),
-        supports: vec![Support::clamped(0)],
-        end: 3.into(),
-        ..Structure::default()
-    };
     let ga = G * SECTION.area_m2;
-    for structure in [whole, pieces] {
+    for structure in [in_pieces(&[0.0, 1.0]), in_pieces(&[0.0, 0.3, 0.55, 1.0])] {
         let c = compliance(&structure);
         let y = l.powi(3) / (3.0 * E * SECTION.iz_m4) + l / (0.44 * ga);
         let z = l.powi(3) / (3.0 * E * SECTION.iy_m4) + l / (5.0 / 6.0 * ga);
@@ -361,10 +302,6 @@ fn portal_with_fixed_feet() {
 #[test]
 fn portal_with_pinned_feet() {
     let (h, l, p) = (3.0, 4.0, 8000.0);
-    let behind = |node, hinge| Attachment {
-        node,
-        hinges: vec![hinge],
-    };
     let mut structure = portal(h, l, SECTION, SECTION, [behind(0, 0), behind(3, 1)]);
     structure.hinges = vec![
         hinge("A", [0.0, 0.0, 1.0], 0.0),
@@ -391,31 +328,16 @@ fn portal_with_pinned_feet() {
 #[test]
 fn beam_with_a_pin_under_the_load() {
     let a = 0.9;
-    let structure = Structure {
-        struts: Vec::new(),
-        rigid_members: Vec::new(),
-        nodes: vec![
-            node("left", [0.0; 3]),
-            node("pin", [a, 0.0, 0.0]),
-            node("right", [2.0 * a, 0.0, 0.0]),
-        ],
-        elements: vec![
-            beam([0, 1], [0.0, 0.0, 1.0], SECTION),
-            Element {
-                ends: [
-                    Attachment {
-                        node: 1,
-                        hinges: vec![0],
-                    },
-                    2.into(),
-                ],
-                ..beam([1, 2], [0.0, 0.0, 1.0], SECTION)
-            },
-        ],
+    let mut structure = Structure {
         hinges: vec![hinge("pin", [0.0, 0.0, 1.0], 0.0)],
         supports: vec![Support::clamped(0), Support::clamped(2)],
         end: 1.into(),
+        ..chain(
+            &[[0.0; 3], [a, 0.0, 0.0], [2.0 * a, 0.0, 0.0]],
+            [0.0, 0.0, 1.0],
+        )
     };
+    structure.elements[1].ends[0].hinges = vec![0];
     let c = compliance(&structure);
     assert_close(
         c.direct(1),
@@ -439,34 +361,21 @@ fn two_bar_truss() {
     let (l, alpha) = (1.3, 0.6_f64);
     let (sin, cos) = alpha.sin_cos();
     let z = [0.0, 0.0, 1.0];
-    let end = |node, hinge| Attachment {
-        node,
-        hinges: vec![hinge],
-    };
-    let structure = Structure {
-        struts: Vec::new(),
-        rigid_members: Vec::new(),
-        nodes: vec![
-            node("left", [-l * cos, 0.0, 0.0]),
-            node("apex", [0.0, l * sin, 0.0]),
-            node("right", [l * cos, 0.0, 0.0]),
-        ],
-        elements: vec![
-            Element {
-                ends: [end(0, 0), 1.into()],
-                ..beam([0, 1], z, SECTION)
-            },
-            Element {
-                ends: [end(1, 1), end(2, 2)],
-                ..beam([1, 2], z, SECTION)
-            },
-        ],
+    let places = [
+        [-l * cos, 0.0, 0.0],
+        [0.0, l * sin, 0.0],
+        [l * cos, 0.0, 0.0],
+    ];
+    let mut structure = Structure {
         hinges: ["left", "apex", "right"]
             .map(|name| hinge(name, z, 0.0))
             .to_vec(),
         supports: vec![Support::clamped(0), Support::clamped(2)],
         end: 1.into(),
+        ..chain(&places, z)
     };
+    structure.elements[0].ends[0] = behind(0, 0);
+    structure.elements[1].ends = [behind(1, 1), behind(2, 2)];
     let load = [(Attachment::from(1), [0.0, -1.0, 0.0, 0.0, 0.0, 0.0])];
     let response = solver(&structure).respond(&structure, &load);
     let expected = l / (2.0 * E * SECTION.area_m2 * sin * sin);
@@ -571,24 +480,15 @@ fn logan_space_frame() {
 #[test]
 fn reactions_balance_the_loads() {
     let structure = Structure {
-        nodes: vec![
-            node("a", [0.0; 3]),
-            node("b", [0.5, 0.8, 0.1]),
-            node("c", [1.2, 0.7, -0.3]),
-            node("d", [1.5, 0.1, 0.2]),
-        ],
-        elements: [[0, 1], [1, 2], [2, 3]]
-            .map(|ends| beam(ends, [0.2, 0.3, 0.9], SECTION))
-            .to_vec(),
         supports: vec![
             Support::clamped(0),
-            Support {
-                node: 3,
-                held: [true, true, true, false, false, false],
-            },
+            held(3, [true, true, true, false, false, false]),
         ],
         end: 1.into(),
-        ..Structure::default()
+        ..chain(
+            &[[0.0; 3], [0.5, 0.8, 0.1], [1.2, 0.7, -0.3], [1.5, 0.1, 0.2]],
+            [0.2, 0.3, 0.9],
+        )
     };
     let loads: Vec<(Attachment, [f64; 6])> = vec![
         (1.into(), [10.0, -20.0, 5.0, 1.0, 2.0, -3.0]),

@@ -297,6 +297,7 @@ fn within(input: &ResidualsBeforeAfter) -> Option<String> {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{assert_says, points_of};
 
     fn point(
         direction: Direction,
@@ -334,11 +335,9 @@ mod tests {
         }
     }
 
+    /// The points, which come last.
     fn drawn(panel: &Panel) -> &[FigurePoint] {
-        let Some(Marks::Points(points)) = panel.series.last().map(|series| &series.marks) else {
-            panic!("points come last");
-        };
-        points
+        points_of(panel.series.last().unwrap())
     }
 
     #[test]
@@ -370,13 +369,11 @@ mod tests {
 
     #[test]
     fn the_caption_counts_what_is_outside_and_what_is_missing() {
-        let caption = residuals_before_after(&input())
-            .caption
-            .replace('\u{a0}', " ");
-        assert!(caption.contains("33 % without, 67 % with"), "{caption}");
-        assert!(caption.contains("1 reading has no standard deviation"));
-        assert!(caption.contains("The hollow point is flagged."));
-        let svg = residuals_before_after(&input()).to_svg();
+        let figure = residuals_before_after(&input());
+        assert_says(&figure, "33 % without, 67 % with");
+        assert_says(&figure, "1 reading has no standard deviation");
+        assert_says(&figure, "The hollow point is flagged.");
+        let svg = figure.to_svg();
         assert!(svg.contains("1 point has no place on the axes"));
         parse(&svg).unwrap();
     }

@@ -83,6 +83,7 @@ pub fn correlation(input: &Correlation) -> Figure {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{assert_says, notes_of};
 
     #[test]
     fn every_pair_has_its_number_and_shade() {
@@ -90,13 +91,9 @@ mod tests {
             names: vec!["A".to_owned(), "Iy".to_owned()],
             matrix: vec![vec![1.0, -0.954], vec![-0.954, 1.0]],
         });
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|note| note.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         assert_eq!(texts, ["1.00", "−0.95", "−0.95", "1.00"]);
-        assert!(figure.caption.contains("Pairs beyond ±0.95: 1 of 1."));
+        assert_says(&figure, "Pairs beyond ±0.95: 1 of 1.");
         parse(&figure.to_svg()).unwrap();
     }
 
@@ -106,7 +103,7 @@ mod tests {
             names: vec!["A".to_owned(), "J".to_owned()],
             matrix: vec![vec![1.0, f64::NAN], vec![0.5]],
         });
-        assert!(figure.caption.contains("2 entries marked –"));
+        assert_says(&figure, "2 entries marked –");
         assert_eq!(figure.panels[0].notes[1].text, "–");
         parse(&figure.to_svg()).unwrap();
     }

@@ -269,6 +269,7 @@ mod tests {
     use super::*;
     use crate::Quantities;
     use crate::png::parse;
+    use crate::reading::{assert_says, labelled, notes_of, points_of};
 
     fn limit(law: &str, place: &str, end_effect_m: Option<f64>) -> DetectionLimitBar {
         DetectionLimitBar {
@@ -297,28 +298,14 @@ mod tests {
     #[test]
     fn laws_stand_from_the_smallest_effect_down_with_best_and_worst_place() {
         let figure = detection_limits(&input());
-        let places = |label: &str| {
-            let mut series = figure.panels[0].series.iter();
-            match &series
-                .find(|s| s.label.as_deref() == Some(label))
-                .unwrap()
-                .marks
-            {
-                Marks::Points(points) => points
-                    .iter()
-                    .map(|p| (p.x.round(), p.y))
-                    .collect::<Vec<_>>(),
-                other => panic!("{other:?}"),
-            }
+        let places = |label: &str| -> Vec<(f64, f64)> {
+            let points = points_of(labelled(&figure.panels[0], label)).iter();
+            points.map(|p| (p.x.round(), p.y)).collect()
         };
         assert_eq!(places("best place"), [(3.0, 0.0), (7.0, 1.0)]);
         assert_eq!(places("worst place"), [(20.0, 1.0)]);
         assert_eq!(places("other places"), [(9.0, 1.0)]);
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|n| n.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         let untestable = "not testable with these data";
         assert_eq!(
             texts,
@@ -329,11 +316,7 @@ mod tests {
     #[test]
     fn undecidable_places_are_counted() {
         let figure = detection_limits(&input());
-        assert!(
-            figure.caption.contains("3 combinations"),
-            "{}",
-            figure.caption
-        );
+        assert_says(&figure, "3 combinations");
         let svg = figure.to_svg();
         assert!(!svg.contains("no place on the axes"));
         parse(&svg).unwrap();

@@ -340,6 +340,7 @@ fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{areas_of, assert_says, labelled, notes_of};
 
     fn candidate(
         name: &str,
@@ -374,15 +375,7 @@ mod tests {
     }
 
     fn bars<'a>(figure: &'a Figure, label: &str) -> &'a [Polygon] {
-        let series = figure.panels[0]
-            .series
-            .iter()
-            .find(|series| series.label.as_deref() == Some(label))
-            .unwrap_or_else(|| panic!("`{label}` is drawn"));
-        match &series.marks {
-            Marks::Polygons(polygons) => polygons,
-            other => panic!("bars are areas: {other:?}"),
-        }
+        areas_of(labelled(&figure.panels[0], label))
     }
 
     /// Where the line below the best stands.
@@ -412,11 +405,7 @@ mod tests {
     #[test]
     fn impossible_candidates_are_hatched_and_labelled() {
         let figure = evidence_bars(&input());
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|n| n.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         assert_eq!(
             texts,
             ["60.0, impossible: play < 0", "41.0", "39.0", "12.0", "−2.5"]
@@ -431,12 +420,8 @@ mod tests {
             assert!((-1e-9..=60.0 + 1e-9).contains(x), "{x}");
             assert!(y.abs() <= HALF_BAR + 1e-9, "{y}");
         }
-        assert!(
-            figure
-                .caption
-                .contains("1 candidate is without a finite value")
-        );
-        assert!(figure.caption.contains("1 hatched candidate fits"));
+        assert_says(&figure, "1 candidate is without a finite value");
+        assert_says(&figure, "1 hatched candidate fits");
         parse(&figure.to_svg()).unwrap();
     }
 
@@ -461,7 +446,7 @@ mod tests {
         });
         assert_eq!(figure.panels[0].notes.len(), 20);
         assert_eq!(figure.panels[0].notes[19].text, "0.0");
-        assert!(figure.caption.contains("10 further candidates"));
+        assert_says(&figure, "10 further candidates");
         parse(&figure.to_svg()).unwrap();
         parse(
             &evidence_bars(&EvidenceBars {

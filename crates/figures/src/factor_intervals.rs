@@ -159,6 +159,7 @@ fn other_parts(factors: &[DrawnFactor], fate: FactorFate) -> Vec<[[f64; 2]; 2]> 
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{assert_says, points_of};
 
     #[test]
     fn every_status_has_its_own_mark_and_the_given_numbers() {
@@ -177,15 +178,13 @@ mod tests {
         });
         let series = &figure.panels[0].series;
         assert_eq!(series.len(), 6);
-        let Marks::Points(points) = &series[1].marks else {
-            panic!("the bounds come first, then points");
-        };
+        let points = points_of(&series[1]);
         assert_eq!((points[0].x, points[0].y), (0.003, 0.0));
         assert_eq!(points[0].x_bar, Some([0.0015, 0.006]));
         for pair in series[1..].windows(2) {
             assert_ne!(pair[0].style.marker, pair[1].style.marker);
         }
-        assert!(figure.caption.contains("1 fitted factors have no interval"));
+        assert_says(&figure, "1 fitted factors have no interval");
         parse(&figure.to_svg()).unwrap();
     }
 

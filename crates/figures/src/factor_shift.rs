@@ -148,6 +148,7 @@ fn caption(input: &FactorShift) -> String {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::assert_says;
 
     fn factor(name: &str, before: f64, after: f64) -> ShiftedFactor {
         let value = |value: f64| FactorValue {
@@ -186,8 +187,8 @@ mod tests {
         let [low, high] = drawn[1][0].x_bar.unwrap();
         assert!((low - 2.0 / 1.1).abs() < 1e-12 && (high - 2.2).abs() < 1e-12);
         assert!(drawn[0][1].y < 1.0 && drawn[1][1].y > 1.0);
-        assert!(figure.caption.contains("1 of 3 factors moved"));
-        assert!(figure.caption.contains("2 values have no interval"));
+        assert_says(&figure, "1 of 3 factors moved");
+        assert_says(&figure, "2 values have no interval");
         parse(&figure.to_svg()).unwrap();
     }
 

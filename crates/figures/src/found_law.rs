@@ -312,6 +312,7 @@ mod tests {
     use super::*;
     use crate::figure::AxisScale;
     use crate::png::parse;
+    use crate::reading::{assert_says, line_of, points_of};
 
     fn law(heading: &str, size_m: f64, shape: CurveShape) -> LawPanel {
         let point = |at, branch| LawPoint {
@@ -356,8 +357,8 @@ mod tests {
         let figure = found_law(&input(panels.collect()));
         let headings: Vec<&str> = figure.panels.iter().map(|p| p.title.as_str()).collect();
         assert_eq!(headings, ["9", "8", "7", "5", "4", "3"]);
-        assert!(figure.caption.contains("2 further panels"));
-        assert!(figure.caption.contains("6 points have no bar"));
+        assert_says(&figure, "2 further panels");
+        assert_says(&figure, "6 points have no bar");
         parse(&figure.to_svg()).unwrap();
     }
 
@@ -365,19 +366,16 @@ mod tests {
     fn a_loop_is_closed_and_steps_are_steps_in_micrometres() {
         let curve = |shape| {
             let figure = found_law(&input(vec![law("P1 y", 20e-6, shape)]));
-            figure.panels[0].series[1].marks.clone()
+            figure.panels[0].series[1].clone()
         };
-        let Marks::Line(line) = curve(CurveShape::Loop) else {
-            panic!("a loop is a line");
-        };
+        let closed = curve(CurveShape::Loop);
+        let line = line_of(&closed);
         assert_eq!(line.len(), 4);
         assert_eq!(line[0], line[3]);
         assert!((line[1][1] + 20.0).abs() < 1e-9);
-        let Marks::Line(line) = curve(CurveShape::Line) else {
-            panic!("a line is a line");
-        };
-        assert_eq!(line.len(), 3);
-        assert!(matches!(curve(CurveShape::Steps), Marks::Steps(points) if points.len() == 3));
+        assert_eq!(line_of(&curve(CurveShape::Line)).len(), 3);
+        let steps = curve(CurveShape::Steps).marks;
+        assert!(matches!(steps, Marks::Steps(points) if points.len() == 3));
     }
 
     #[test]
@@ -386,9 +384,7 @@ mod tests {
         let [loading, unloading] = [&figure.panels[0].series[2], &figure.panels[0].series[3]];
         assert_eq!(unloading.label.as_deref(), Some("readings, unloading"));
         assert_ne!(loading.style.marker, unloading.style.marker);
-        let Marks::Points(points) = &loading.marks else {
-            panic!("readings are points");
-        };
+        let points = points_of(loading);
         let [low, high] = points[1].y_bar.unwrap();
         assert!((low - 19.0).abs() < 1e-9 && (high - 21.0).abs() < 1e-9);
         assert_eq!(points[0].y_bar, None);
@@ -405,9 +401,7 @@ mod tests {
                 driving,
                 ..input(vec![panel])
             });
-            let Marks::Points(points) = &figure.panels[0].series[2].marks else {
-                panic!("readings are points");
-            };
+            let points = points_of(&figure.panels[0].series[2]);
             (figure.panels[0].x.label.clone(), points[0].x)
         };
         assert_eq!(

@@ -171,6 +171,7 @@ mod tests {
     use super::*;
     use crate::figure::AxisScale;
     use crate::png::parse;
+    use crate::reading::{assert_says, labelled, notes_of, points_of};
 
     fn pose(name: &str, before: f64, after: f64) -> HeldOutPose {
         HeldOutPose {
@@ -191,25 +192,16 @@ mod tests {
     #[test]
     fn the_numbers_are_multiples_of_the_noise_and_stand_beside_the_points() {
         let figure = held_out_error(&input(vec![pose("P1", 12.0, 6.6), pose("P2", 1.2, 1.3)]));
-        let points = |label: &str| {
-            let series = figure.panels[0].series.iter();
-            let found = series.clone().find(|s| s.label.as_deref() == Some(label));
-            match &found.unwrap().marks {
-                Marks::Points(points) => points.iter().map(|p| p.y.round()).collect::<Vec<_>>(),
-                other => panic!("{other:?}"),
-            }
+        let points = |label: &str| -> Vec<f64> {
+            let points = points_of(labelled(&figure.panels[0], label)).iter();
+            points.map(|p| p.y.round()).collect()
         };
         assert_eq!(points("without"), [12.0, 1.0]);
         assert_eq!(points("with"), [7.0, 1.0]);
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|n| n.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         assert_eq!(texts, ["12.0", "1.20", "6.60", "1.30"]);
-        let caption = figure.caption.replace('\u{a0}', " ");
-        assert!(caption.contains("n = 120 readings a pose"), "{caption}");
-        assert!(caption.contains("fell in 1 of 2 poses"));
+        assert_says(&figure, "n = 120 readings a pose");
+        assert_says(&figure, "fell in 1 of 2 poses");
         assert_eq!(figure.panels[0].y.scale, AxisScale::Linear);
         parse(&figure.to_svg()).unwrap();
     }

@@ -40,6 +40,8 @@ mod png;
 mod power_curves;
 mod quantities;
 mod range;
+#[cfg(test)]
+mod reading;
 mod render;
 mod residuals;
 mod robot_drawing;

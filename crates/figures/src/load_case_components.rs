@@ -124,6 +124,7 @@ pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{all_points, assert_says};
 
     #[test]
     fn every_component_stands_in_both_panels() {
@@ -142,19 +143,11 @@ mod tests {
                 point("b", Direction::X, 1e-4),
             ],
         });
-        let points = |panel: &Panel| -> Vec<FigurePoint> {
-            let series = panel.series.iter();
-            let points = series.filter_map(|series| match &series.marks {
-                Marks::Points(points) => Some(points.clone()),
-                _ => None,
-            });
-            points.flatten().collect()
-        };
-        let (left, right) = (points(&figure.panels[0]), points(&figure.panels[1]));
+        let (left, right) = (all_points(&figure.panels[0]), all_points(&figure.panels[1]));
         assert_eq!((left.len(), right.len()), (3, 3));
         assert!((left[0].x - 100.0).abs() < 1e-9 && (left[0].y - 150.0).abs() < 1e-9);
         assert!((right[0].y - 50.0).abs() < 1e-9 && right[1].hollow);
-        assert!(figure.caption.contains("1 hollow points"));
+        assert_says(&figure, "1 hollow points");
         parse(&figure.to_svg()).unwrap();
     }
 }

@@ -267,6 +267,7 @@ fn line_ends(line: &FittedLine, points: &[DisplacementPoint]) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{all_points, assert_says, line_of, points_of};
 
     fn input() -> LoadDisplacement {
         let curve = |pose: &str, direction, compliance_m_per_n: f64| LoadCurvePoints {
@@ -307,43 +308,23 @@ mod tests {
         assert_eq!(figure.columns, 2);
         assert_eq!(figure.panels.len(), 4);
         assert_eq!(figure.panels[0].title, "P1, x");
-        let Marks::Points(points) = &figure.panels[0].series[1].marks else {
-            panic!("points stand over the line");
-        };
+        let points = points_of(&figure.panels[0].series[1]);
         assert_eq!(points.len(), 8);
         assert!((points[7].y + 7000.0).abs() < 1e-9);
         let [low, high] = points[7].y_bar.unwrap();
         assert!((high - low - 4.0).abs() < 1e-9);
-        let Marks::Line(line) = &figure.panels[0].series[0].marks else {
-            panic!("the line is drawn first");
-        };
+        let line = line_of(&figure.panels[0].series[0]);
         assert!((line[1][1] - 1.0).abs() < 1e-9, "the intercept is 1 µm");
     }
 
     #[test]
     fn flagged_points_are_hollow_and_counted() {
         let figure = load_displacement(&input());
-        let hollow = figure
-            .panels
-            .iter()
-            .flat_map(|panel| &panel.series)
-            .filter_map(|series| match &series.marks {
-                Marks::Points(points) => Some(points),
-                _ => None,
-            })
-            .flatten()
-            .filter(|point| point.hollow)
-            .count();
+        let points = figure.panels.iter().flat_map(all_points);
+        let hollow = points.filter(|point| point.hollow).count();
         assert_eq!(hollow, 3);
-        let caption = figure.caption.replace('\u{a0}', " ");
-        assert!(
-            caption.contains("standard deviation of n = 5 repeats"),
-            "{caption}"
-        );
-        assert!(
-            caption.contains("The 3 hollow points are flagged"),
-            "{caption}"
-        );
+        assert_says(&figure, "standard deviation of n = 5 repeats");
+        assert_says(&figure, "The 3 hollow points are flagged");
     }
 
     #[test]
@@ -376,9 +357,7 @@ mod tests {
         let series = &figure.panels[3].series;
         assert_eq!(series.len(), 1);
         assert_eq!(series[0].label.as_deref(), Some("bad readings"));
-        let Marks::Points(points) = &series[0].marks else {
-            panic!("a marked reading is a point");
-        };
+        let points = points_of(&series[0]);
         assert!((points[0].y - 5.0).abs() < 1e-9);
         let looks = |panel: &Panel| panel.series.iter().map(|one| one.style.marker).collect();
         let others: Vec<_> = looks(&figure.panels[0]);

@@ -136,6 +136,7 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{areas_of, assert_says, notes_of};
 
     #[test]
     fn bars_hang_from_each_other_and_noise_is_drawn_where_it_fits() {
@@ -156,21 +157,15 @@ mod tests {
             noise: 0.4,
         };
         let figure = misfit_waterfall(&input);
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|note| note.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         assert_eq!(texts, ["100.0 %", "70.0 %", "20.0 %", "10.0 %", "40.0 %"]);
-        let Marks::Polygons(second) = &figure.panels[0].series[2].marks else {
-            panic!("bars are areas");
-        };
+        let second = areas_of(&figure.panels[0].series[2]);
         assert!((second[0].corners[0][0] - 10.0).abs() < 1e-9);
         assert!((second[0].corners[2][0] - 30.0).abs() < 1e-9);
         parse(&figure.to_svg()).unwrap();
         input.noise = 7.0;
         let figure = misfit_waterfall(&input);
         assert_eq!(figure.panels[0].notes.len(), 4);
-        assert!(figure.caption.contains("not drawn"), "{}", figure.caption);
+        assert_says(&figure, "not drawn");
     }
 }

@@ -366,6 +366,7 @@ mod tests {
     use super::*;
     use crate::figure::Polygon;
     use crate::png::parse;
+    use crate::reading::{areas_of, assert_says, notes_of};
     use stiffbench_units_and_text::test_point::Direction;
 
     fn input(measure: ResidualMeasure) -> MismatchMap {
@@ -400,20 +401,13 @@ mod tests {
     }
 
     fn squares(panel: &Panel) -> &[Polygon] {
-        let Marks::Polygons(polygons) = &panel.series[0].marks else {
-            panic!("squares come first");
-        };
-        polygons
+        areas_of(&panel.series[0])
     }
 
     #[test]
     fn numbers_and_shades_are_those_given_and_the_rest_is_hatched_and_counted() {
         let figure = mismatch_map(&input(ResidualMeasure::Micrometres));
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|note| note.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         assert_eq!(texts, ["1.0", "−8.0", "2.0", "−12", "loading"]);
         assert_eq!(squares(&figure.panels[0])[5].colour, diverging(-1.0));
         assert_eq!(squares(&figure.panels[0])[2].colour, Colour::FAINT);
@@ -422,17 +416,8 @@ mod tests {
         };
         assert_eq!(hatching.len(), 3 * 5);
         assert_eq!(squares(&figure.panels[1]).len(), 6);
-        let caption = &figure.caption;
-        assert!(
-            caption.contains("7 of 15 squares have no value"),
-            "{caption}"
-        );
-        assert!(
-            caption
-                .replace('\u{a0}', " ")
-                .contains("−12 µm in P1 y at −5.5 N, unloading"),
-            "{caption}"
-        );
+        assert_says(&figure, "7 of 15 squares have no value");
+        assert_says(&figure, "−12 µm in P1 y at −5.5 N, unloading");
         parse(&figure.to_svg()).unwrap();
     }
 
@@ -444,7 +429,7 @@ mod tests {
         // These values are tiny as multiples of an uncertainty, so the scale does not follow them.
         let figure = mismatch_map(&input(ResidualMeasure::StandardUncertainties));
         assert_eq!(figure.panels[2].y.range, Some([-4.0, 4.0]));
-        assert!(figure.caption.contains("Beyond ±3: 0 of 8 squares"));
+        assert_says(&figure, "Beyond ±3: 0 of 8 squares");
     }
 
     #[test]
@@ -452,14 +437,10 @@ mod tests {
         let mut input = input(ResidualMeasure::Micrometres);
         input.load_steps = vec![input.load_steps[0]; 60];
         let figure = mismatch_map(&input);
-        let texts: Vec<&str> = figure.panels[0]
-            .notes
-            .iter()
-            .map(|note| note.text.as_str())
-            .collect();
+        let texts = notes_of(&figure.panels[0]);
         // A quarter of 12.4 is 3.1: two of the four values lie beyond.
         assert_eq!(texts, ["−", "−", "loading"]);
-        assert!(figure.caption.contains("beyond ±3.1"), "{}", figure.caption);
+        assert_says(&figure, "beyond ±3.1");
         parse(&figure.to_svg()).unwrap();
     }
 

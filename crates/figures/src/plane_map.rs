@@ -319,6 +319,7 @@ mod tests {
     use super::*;
     use crate::ValueAt;
     use crate::png::parse;
+    use crate::reading::assert_says;
 
     /// A slanted field over a square, of which a strip may be missing.
     fn map(heading: &str, factor: f64, from: f64) -> PlaneMap {
@@ -377,11 +378,7 @@ mod tests {
             before: map("A", 1.0, 0.0),
             after: map("B", 3.0, 0.2),
         });
-        assert!(
-            figure.caption.contains("20 squares have poses of one"),
-            "{}",
-            figure.caption
-        );
+        assert_says(&figure, "20 squares have poses of one");
         assert_eq!(figure.panels[2].title, "B over A");
         // Three times as much everywhere, and the bar shows from one to three.
         let [low, high] = figure.panels[3].y.range.unwrap();

@@ -212,6 +212,7 @@ fn caption(input: &PowerCurves) -> String {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{assert_says, points_of};
 
     fn size(size_standard_errors: f64, detected: f64, named: Option<f64>) -> PowerAtSize {
         let rate = |share: f64| Rate {
@@ -255,14 +256,11 @@ mod tests {
         ];
         assert_eq!(curves, expected);
         assert_eq!(figure.panels[0].x.range, Some([-ROOM, 9.0]));
-        let Marks::Points(points) = &figure.panels[0].series[3].marks else {
-            panic!("points stand on their line");
-        };
+        let points = points_of(&figure.panels[0].series[3]);
         let [low, high] = points[1].y_bar.unwrap();
         assert!((low - 45.0).abs() < 1e-9 && (high - 55.0).abs() < 1e-9);
-        let caption = figure.caption.replace('\u{a0}', " ");
-        assert!(caption.contains("n = 200 trials"), "{caption}");
-        assert!(caption.contains("1 point has no interval"));
+        assert_says(&figure, "n = 200 trials");
+        assert_says(&figure, "1 point has no interval");
         parse(&figure.to_svg()).unwrap();
     }
 
@@ -286,7 +284,7 @@ mod tests {
                 .collect();
             assert_eq!(levels, MARKS_PERCENT);
         }
-        assert!(figure.caption.contains("3 laws have no trials"));
+        assert_says(&figure, "3 laws have no trials");
         assert_eq!(figure.to_svg().matches("80 %").count(), 1);
         parse(&power_curves(&PowerCurves { laws: vec![] }).to_svg()).unwrap();
     }

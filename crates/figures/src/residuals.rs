@@ -254,6 +254,7 @@ pub(super) fn mark_style(direction: Direction) -> Style {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{all_points, assert_says};
 
     fn point(sequence: usize, residual_m: f64, time_s: Option<f64>) -> ResidualPoint {
         ResidualPoint {
@@ -281,39 +282,27 @@ mod tests {
         }
     }
 
-    fn drawn(panel: &Panel) -> Vec<FigurePoint> {
-        panel
-            .series
-            .iter()
-            .filter_map(|series| match &series.marks {
-                Marks::Points(points) => Some(points.clone()),
-                _ => None,
-            })
-            .flatten()
-            .collect()
-    }
-
     #[test]
     fn every_reading_stands_in_every_panel_it_can() {
         let figure = residuals(&input(ResidualMeasure::Micrometres));
-        let counts: Vec<usize> = figure.panels.iter().map(|p| drawn(p).len()).collect();
+        let counts: Vec<usize> = figure.panels.iter().map(|p| all_points(p).len()).collect();
         assert_eq!(counts, [6, 6, 6, 6, 5]);
         // Of two poses one stands left and one right of the middle of its direction.
-        let places: Vec<f64> = drawn(&figure.panels[1]).iter().map(|p| p.x).collect();
+        let places: Vec<f64> = all_points(&figure.panels[1]).iter().map(|p| p.x).collect();
         assert_eq!(places, [-0.15, 0.15, 1.15, 0.85, 1.85, 2.15]);
         assert_eq!(figure.share_y, Sharing::All);
-        assert!(figure.caption.contains("1 readings have no time"));
-        let load = drawn(&figure.panels[0]);
+        assert_says(&figure, "1 readings have no time");
+        let load = all_points(&figure.panels[0]);
         let fourth = load.iter().find(|p| p.hollow).unwrap();
         assert_eq!((fourth.x, fourth.y), (-40.0, 4.0));
-        let times: Vec<f64> = drawn(&figure.panels[4]).iter().map(|p| p.x).collect();
+        let times: Vec<f64> = all_points(&figure.panels[4]).iter().map(|p| p.x).collect();
         assert!(times.contains(&5.0), "minutes: {times:?}");
     }
 
     #[test]
     fn standardised_residuals_without_uncertainty_are_counted_as_not_drawn() {
         let figure = residuals(&input(ResidualMeasure::StandardUncertainties));
-        assert!(drawn(&figure.panels[0]).iter().any(|p| p.y == 2.5));
+        assert!(all_points(&figure.panels[0]).iter().any(|p| p.y == 2.5));
         let svg = figure.to_svg();
         assert!(
             svg.contains("5 points have no place on the axes"),

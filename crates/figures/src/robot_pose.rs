@@ -416,6 +416,7 @@ fn magnification_text(magnification: f64) -> String {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::assert_says;
     use crate::robot_drawing::DrawnNode;
     use crate::robot_views::DrawnAxes;
 
@@ -448,9 +449,8 @@ mod tests {
     fn the_magnification_is_round_and_stated() {
         // 0.08 × 2 m / 1 mm = 160, nearest of 1-2-5 is 200.
         let figure = robot_pose(&cantilever(-1e-3));
-        let caption = figure.caption.replace('\u{a0}', " ");
-        assert!(caption.contains("magnified 200 times"), "{caption}");
-        assert!(caption.contains("(0, −1000, 0) µm"), "{caption}");
+        assert_says(&figure, "magnified 200 times");
+        assert_says(&figure, "(0, −1000, 0) µm");
         parse(&figure.to_svg()).unwrap();
     }
 

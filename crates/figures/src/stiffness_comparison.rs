@@ -203,6 +203,7 @@ fn push_by_fate(
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::reading::{assert_says, points_of};
     use stiffbench_units_and_text::test_point::Direction;
 
     fn cell(measured: f64, predicted: f64, held_out: bool) -> ComparedCell {
@@ -238,20 +239,12 @@ mod tests {
             ],
         });
         for panel in &figure.panels {
-            let Marks::Points(points) = &panel.series.last().unwrap().marks else {
-                panic!("points come last");
-            };
+            let points = points_of(panel.series.last().unwrap());
             assert_eq!(points.iter().map(|p| p.x).collect::<Vec<_>>(), [1.0, 2.0]);
         }
-        let Marks::Points(predicted) = &figure.panels[0].series[0].marks else {
-            panic!("the prediction comes first");
-        };
+        let predicted = points_of(&figure.panels[0].series[0]);
         assert!((predicted[1].y - 0.2).abs() < 1e-12);
-        assert!(
-            figure
-                .caption
-                .contains("2 of 3 cells are predicted without")
-        );
+        assert_says(&figure, "2 of 3 cells are predicted without");
     }
 
     #[test]
@@ -265,7 +258,7 @@ mod tests {
                 ..cell(2e4, 2e4, false)
             }],
         });
-        assert!(figure.caption.contains("1 of 1 cells have no interval"));
+        assert_says(&figure, "1 of 1 cells have no interval");
         parse(&figure.to_svg()).unwrap();
     }
 }

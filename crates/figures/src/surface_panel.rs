@@ -303,6 +303,7 @@ fn nearest_value(bins: &PlaneBins, [z, y]: [f64; 2]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reading::notes_of;
 
     /// A ridge along z in the middle of y.
     fn ridge() -> PlaneBins {
@@ -372,7 +373,7 @@ mod tests {
         ] {
             push_value_name(&mut panel, label);
         }
-        let texts: Vec<&str> = panel.notes.iter().map(|note| note.text.as_str()).collect();
+        let texts = notes_of(&panel);
         assert_eq!(texts[0], "stiffness along x (N/mm)");
         assert_eq!(texts[1..3], ["(N/mm)", "weakest principal stiffness"]);
         for note in &panel.notes {

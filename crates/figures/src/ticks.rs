@@ -154,44 +154,24 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn texts(ticks: &[Tick]) -> Vec<&str> {
-        ticks
-            .iter()
-            .map(|tick| tick.text.as_str())
-            .filter(|text| !text.is_empty())
-            .collect()
-    }
-
     #[test]
-    fn steps_are_one_two_or_five() {
-        assert_eq!(
-            texts(&ticks(&AxisScale::Linear, [-70.0, 0.0], 4)),
-            ["−60", "−40", "−20", "0"]
-        );
-        assert_eq!(
-            texts(&ticks(&AxisScale::Linear, [0.0, 1.0], 5)),
-            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
-        );
-        assert_eq!(
-            texts(&ticks(&AxisScale::Linear, [0.0, 3e-6], 3)),
-            ["0", "1·10⁻⁶", "2·10⁻⁶", "3·10⁻⁶"]
-        );
-    }
-
-    #[test]
-    fn logarithmic_axes_label_one_two_five_within_two_decades() {
-        assert_eq!(
-            texts(&ticks(&AxisScale::Log10, [0.01, 0.5], 6)),
-            ["0.01", "0.02", "0.05", "0.1", "0.2", "0.5"]
-        );
-        assert_eq!(
-            texts(&ticks(&AxisScale::Log10, [1.0, 1e4], 5)),
-            ["1", "10", "100", "1000", "10000"]
-        );
-        assert_eq!(
-            texts(&ticks(&AxisScale::Log10, [0.8, 1.2], 4)),
-            ["0.8", "0.9", "1.0", "1.1", "1.2"]
-        );
+    fn steps_are_one_two_or_five_also_within_two_decades_of_a_logarithm() {
+        let (linear, logarithmic) = (AxisScale::Linear, AxisScale::Log10);
+        #[rustfmt::skip]
+        let cases: [(&AxisScale, _, _, &[&str]); 6] = [
+            (&linear, [-70.0, 0.0], 4, &["−60", "−40", "−20", "0"]),
+            (&linear, [0.0, 1.0], 5, &["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]),
+            (&linear, [0.0, 3e-6], 3, &["0", "1·10⁻⁶", "2·10⁻⁶", "3·10⁻⁶"]),
+            (&logarithmic, [0.01, 0.5], 6, &["0.01", "0.02", "0.05", "0.1", "0.2", "0.5"]),
+            (&logarithmic, [1.0, 1e4], 5, &["1", "10", "100", "1000", "10000"]),
+            (&logarithmic, [0.8, 1.2], 4, &["0.8", "0.9", "1.0", "1.1", "1.2"]),
+        ];
+        for (scale, range, wanted, expected) in cases {
+            let found = ticks(scale, range, wanted);
+            let texts = found.iter().map(|tick| tick.text.as_str());
+            let texts: Vec<&str> = texts.filter(|text| !text.is_empty()).collect();
+            assert_eq!(texts, expected, "{scale:?} {range:?}");
+        }
     }
 
     #[test]

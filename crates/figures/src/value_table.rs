@@ -126,15 +126,14 @@ pub(super) fn colour_bar(axis: Axis, range: [f64; 2], colour: impl Fn(f64) -> Co
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reading::areas_of;
 
     #[test]
     fn the_colour_bar_darkens_to_both_ends() {
         let bar = colour_bar(Axis::linear("residual", "µm"), [-12.0, 12.0], |value| {
             diverging(value / 12.0)
         });
-        let Marks::Polygons(shades) = &bar.series[0].marks else {
-            panic!("shades are areas");
-        };
+        let shades = areas_of(&bar.series[0]);
         assert_eq!(shades.len(), SHADES);
         assert_eq!(shades[0].corners[0], [-0.5, -12.0]);
         let middle = SHADES / 2;

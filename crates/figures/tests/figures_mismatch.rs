@@ -254,6 +254,16 @@ fn a_law_over_the_readings() {
     check("found-law-four", &found_law(&law));
 }
 
+/// Name of the figure, what was found, what drives it, where, and the law.
+type Driven = (
+    &'static str,
+    &'static str,
+    DrivingQuantity,
+    Vec<f64>,
+    CurveShape,
+    fn(f64) -> f64,
+);
+
 #[test]
 fn laws_of_every_driving_quantity() {
     let mut random = ChaCha8Rng::seed_from_u64(10);
@@ -287,53 +297,22 @@ fn laws_of_every_driving_quantity() {
             }],
         }
     };
-    let clock = (0..40).map(|i| 90.0 * f64::from(i)).collect();
-    let drift = pooled(
-        "thermal-drift",
-        DrivingQuantity::Clock,
-        clock,
-        CurveShape::Line,
-        &|t| 5e-9 * t,
-    );
-    check("found-law-clock", &found_law(&drift));
-    let holds = vec![0.0, 5.0, 15.0, 30.0, 60.0, 120.0];
-    let creep = pooled(
-        "creep",
-        DrivingQuantity::Hold,
-        holds,
-        CurveShape::Line,
-        &|t| -12e-6 * (1.0 + t / 2.0).log10(),
-    );
-    check("found-law-hold", &found_law(&creep));
-    let repeats = (1..=5).map(f64::from).collect();
-    let settling = pooled(
-        "setting-in",
-        DrivingQuantity::Repeat,
-        repeats,
-        CurveShape::Line,
-        &|n| -15e-6 * (-(n - 1.0) / 1.2).exp(),
-    );
-    check("found-law-repeat", &found_law(&settling));
-    let places = (0..60).map(|i| -12e-6 * f64::from(i)).collect();
-    let period = pooled(
-        "gauge-periodic",
-        DrivingQuantity::Displacement,
-        places,
-        CurveShape::Line,
-        &|d| 4e-6 * (std::f64::consts::TAU * d / 200e-6).sin(),
-    );
-    check("found-law-displacement", &found_law(&period));
-    let loads = (0..8).map(|i| -10.0 * f64::from(i)).collect();
-    let slip = pooled(
-        "slip in P1 y, repeat 3",
-        DrivingQuantity::Force,
-        loads,
-        CurveShape::Steps,
-        &|f| {
-            if f <= -40.0 { -18e-6 } else { 0.0 }
-        },
-    );
-    check("found-law-steps", &found_law(&slip));
+    let steps = |step: f64, count: i32| (0..count).map(|i| step * f64::from(i)).collect();
+    let line = CurveShape::Line;
+    let slip: fn(f64) -> f64 = |f| if f <= -40.0 { -18e-6 } else { 0.0 };
+    let period: fn(f64) -> f64 = |d| 4e-6 * (std::f64::consts::TAU * d / 200e-6).sin();
+    #[rustfmt::skip]
+    let laws: [Driven; 5] = [
+        ("clock", "thermal-drift", DrivingQuantity::Clock, steps(90.0, 40), line, |t| 5e-9 * t),
+        ("hold", "creep", DrivingQuantity::Hold, vec![0.0, 5.0, 15.0, 30.0, 60.0, 120.0], line, |t| -12e-6 * (1.0 + t / 2.0).log10()),
+        ("repeat", "setting-in", DrivingQuantity::Repeat, (1..=5).map(f64::from).collect(), line, |n| -15e-6 * (-(n - 1.0) / 1.2).exp()),
+        ("displacement", "gauge-periodic", DrivingQuantity::Displacement, steps(-12e-6, 60), line, period),
+        ("steps", "slip in P1 y, repeat 3", DrivingQuantity::Force, steps(-10.0, 8), CurveShape::Steps, slip),
+    ];
+    for (name, found, driving, values, shape, law) in laws {
+        let figure = found_law(&pooled(found, driving, values, shape, &law));
+        check(&format!("found-law-{name}"), &figure);
+    }
 }
 
 fn candidate(name: &str, log_bayes_factor: f64, standing: CandidateDecision) -> EvidenceCandidate {

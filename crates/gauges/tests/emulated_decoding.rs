@@ -11,7 +11,7 @@ use stiffbench_gauges::{
 use stiffbench_test_files::shipped_instruments;
 
 use crate::oracles::{ORACLES, Oracle};
-use crate::support::shipped_instrument;
+use crate::support::{samples, shipped_instrument};
 
 /// Who sends the bytes.
 enum Source {
@@ -118,12 +118,8 @@ impl Pair {
     }
 
     fn samples(&mut self) -> Vec<Sample> {
-        let decoded = self.ask(CommandRole::Read).into_iter();
-        let samples = decoded.filter_map(|decoded| match decoded {
-            Decoded::Sample(sample) => Some(sample),
-            _ => None,
-        });
-        samples.collect()
+        let decoded = self.ask(CommandRole::Read);
+        samples(&decoded).into_iter().cloned().collect()
     }
 
     /// Every value comes as the gauge counts it from a zero, within half a step of its display.

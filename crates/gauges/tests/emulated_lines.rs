@@ -243,9 +243,11 @@ fn lines_and_links_go_with_the_host() {
 
 #[test]
 fn the_documented_script_is_one() {
-    let text = stiffbench_test_files::text("crates/gauges/fault-script.md");
-    let example = text.split("```toml\n").nth(1).unwrap();
-    let example = example.split("```").next().unwrap();
+    let page = "crates/gauges/fault-script.md";
+    let (text, example) = (
+        stiffbench_test_files::text(page),
+        stiffbench_test_files::example(page, "toml"),
+    );
     let source = stiffbench_units_and_text::source_text::SourceText::new("docs", example);
     assert_eq!(FaultScript::parse(&source).unwrap().faults.len(), 4);
     // Every fault has its line in the table.

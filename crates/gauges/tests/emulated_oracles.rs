@@ -13,32 +13,13 @@ use crate::support::shipped_instrument;
 type Difference = (&'static str, &'static [u8], &'static str, &'static str);
 
 /// All differences in answers to commands.
+#[rustfmt::skip]
 const ANSWERS: [Difference; 7] = [
     // A description states which words mean trouble, not what else there is to tell: of identity and mode it gives no example.
-    (
-        "mark10-series5",
-        b"RS\r",
-        "3791204\r\n",
-        "emulated mark10-series5\r\n",
-    ),
-    (
-        "mark10-series5",
-        b"LIST\r",
-        "V1.00;N;CUR;FLTC8;FLTP1;AOUT00;AOFF5;FULL;MIT;POL;B0\r\n",
-        "RUN\r\n",
-    ),
-    (
-        "mitutoyo-01a",
-        b"V\r",
-        "1USB-ITN 1.00\r",
-        "1emulated mitutoyo-01a\r",
-    ),
-    (
-        "mahr-dk-u1",
-        b"ID?\r",
-        "T 4337661 S 12345678\r",
-        "emulated mahr-dk-u1\r",
-    ),
+    ("mark10-series5", b"RS\r", "3791204\r\n", "emulated mark10-series5\r\n"),
+    ("mark10-series5", b"LIST\r", "V1.00;N;CUR;FLTC8;FLTP1;AOUT00;AOFF5;FULL;MIT;POL;B0\r\n", "RUN\r\n"),
+    ("mitutoyo-01a", b"V\r", "1USB-ITN 1.00\r", "1emulated mitutoyo-01a\r"),
+    ("mahr-dk-u1", b"ID?\r", "T 4337661 S 12345678\r", "emulated mahr-dk-u1\r"),
     // Either spelling is a code of the unit; the one of values stands first in the description.
     ("mahr-dk-u1", b"UN?\r", "MM\r", "mm\r"),
     // The makers have more commands than the description needs.
@@ -48,16 +29,12 @@ const ANSWERS: [Difference; 7] = [
 ];
 
 /// All differences of gauges in trouble: gauge, trouble, how the answer of the hand-written one begins, and that of the described one.
+#[rustfmt::skip]
 const TROUBLES: [(&str, Trouble, &str, &str); 3] = [
     // The maker carries no information of overrange; `ERR3` is a choice, and no overload to the description.
     ("mahr-dk-u1", Trouble::Overload, "ERR3\r", "+57.500 mm\r"),
     // The description has no capacity: 50 mm is usual, the range of this one ends where its register does.
-    (
-        "shahe-modbus",
-        Trouble::Overload,
-        "\x01\x03\x04\x00\x00\u{ff}\u{ff}",
-        "\x01\x03\x04\x00\x00\u{e0}\u{9c}",
-    ),
+    ("shahe-modbus", Trouble::Overload, "\x01\x03\x04\x00\x00\u{ff}\u{ff}", "\x01\x03\x04\x00\x00\u{e0}\u{9c}"),
     // The middle digit is the channel, and open in the description.
     ("mitutoyo-01a", Trouble::ToolOff, "911\r", "901\r"),
 ];

@@ -10,7 +10,7 @@ use stiffbench_gauges::{
 };
 use stiffbench_test_files::shipped_instruments;
 
-use crate::support::shipped_instrument;
+use crate::support::{samples, shipped_instrument};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// What every instrument's traffic shows, or states why it cannot.
@@ -140,14 +140,6 @@ impl Gauge {
     fn merged(&self) -> Vec<u8> {
         self.traffic.packet.iter().flat_map(Packet::bytes).collect()
     }
-}
-
-fn samples(decoded: &[Decoded]) -> Vec<&Sample> {
-    let samples = decoded.iter().filter_map(|one| match one {
-        Decoded::Sample(sample) => Some(sample),
-        _ => None,
-    });
-    samples.collect()
 }
 
 /// Nothing was asked in these tests, so every value of a gauge that waits to be asked is marked so; the other marks by name.

@@ -5,11 +5,11 @@ use stiffbench_gauges::description::json_schema;
 use stiffbench_gauges::{CommandRole, Decoded, Decoder, InstrumentDescription, Mark};
 use stiffbench_test_files::shipped_instruments;
 
+use crate::support::samples;
+
 /// The example of the documentation.
 fn example() -> &'static str {
-    let page = stiffbench_test_files::text("docs/instrument-description.md");
-    let (_, rest) = page.split_once("```toml\n").unwrap();
-    rest.split_once("```").unwrap().0
+    stiffbench_test_files::example("docs/instrument-description.md", "toml")
 }
 
 /// The example with one piece of text replaced.
@@ -125,123 +125,32 @@ fn unknown_keys_are_named_with_the_one_that_is_meant() {
 }
 
 /// What is written for what in the example, and the words of the error.
+#[rustfmt::skip]
 const MISTAKES: [(&str, &str, &[&str]); 24] = [
-    (
-        "instrument/1",
-        "instrument/2",
-        &[":1:", "stiffbench/instrument/2", "version of this program"],
-    ),
-    (
-        "schema = \"stiffbench/instrument/1\"\n",
-        "",
-        &["missing key `schema`"],
-    ),
-    (
-        "my-gauge",
-        "My Gauge",
-        &[":2:", "`name`", "My Gauge", "lower-case"],
-    ),
-    (
-        "baud = 9600",
-        "baud = 7",
-        &[":9:", "`line.baud` is 7", "50 to 4000000"],
-    ),
-    (
-        "baud = 9600",
-        "baud = 9600\ndata_bits = 9",
-        &["`line.data_bits` is 9", "7 or 8"],
-    ),
-    (
-        "baud = 9600",
-        "baud = 9600\nparity = \"evn\"",
-        &["unknown word `evn`", "even"],
-    ),
-    (
-        "baud = 9600",
-        "baud = 9600\nsettle_s = -1",
-        &["`line.settle_s` is -1"],
-    ),
-    (
-        "[commands]",
-        "[timing]\nmost_per_s = 0\n[commands]",
-        &["`timing.most_per_s` is 0"],
-    ),
+    ("instrument/1", "instrument/2", &[":1:", "stiffbench/instrument/2", "version of this program"]),
+    ("schema = \"stiffbench/instrument/1\"\n", "", &["missing key `schema`"]),
+    ("my-gauge", "My Gauge", &[":2:", "`name`", "My Gauge", "lower-case"]),
+    ("baud = 9600", "baud = 7", &[":9:", "`line.baud` is 7", "50 to 4000000"]),
+    ("baud = 9600", "baud = 9600\ndata_bits = 9", &["`line.data_bits` is 9", "7 or 8"]),
+    ("baud = 9600", "baud = 9600\nparity = \"evn\"", &["unknown word `evn`", "even"]),
+    ("baud = 9600", "baud = 9600\nsettle_s = -1", &["`line.settle_s` is -1"]),
+    ("[commands]", "[timing]\nmost_per_s = 0\n[commands]", &["`timing.most_per_s` is 0"]),
     ("send = \"?\", ", "", &["`commands.read.send` is missing"]),
-    (
-        "send = \"?\"",
-        "send = \"?\", bytes = [63]",
-        &["commands.read.send", "exclude"],
-    ),
-    (
-        "expects = \"value\"",
-        "expects = \"text\"",
-        &["`commands.read.expects` is text"],
-    ),
-    (
-        "end = [\"\\r\\n\"]",
-        "end = []",
-        &["`framing.line.end` is []"],
-    ),
-    (
-        "[framing.line]\nend = [\"\\r\\n\"]",
-        "[framing.fixed]\nlength = 0",
-        &["`framing.fixed.length` is 0"],
-    ),
-    (
-        "from = \"packet\"",
-        "from = \"fixed\"",
-        &["`unit.fixed` is missing"],
-    ),
-    (
-        "from = \"packet\"",
-        "from = \"packet\"\ncodes = { kgm = \"Nm\" }",
-        &["`unit.codes.kgm` is \"Nm\"", "kgf"],
-    ),
-    (
-        "count = [7]",
-        "count = [7, 3]",
-        &[":35:", "value[0].fields[3].number.count", "[7, 3]"],
-    ),
-    (
-        "count = [7]",
-        "count = []",
-        &["[how many] or [least, most]"],
-    ),
-    (
-        "minus = [\"-\"]",
-        "minus = [\"+\"]",
-        &["value[0].fields[2].sign", "different texts"],
-    ),
-    (
-        "{ literal = \"ER\" }",
-        "{ literal = \"\" }",
-        &["error[0].fields[0].literal", "at least one character"],
-    ),
-    (
-        "{ number = { count = [7], point = \"in-place\" } },\n",
-        "",
-        &["fields with 0 numbers", "one number"],
-    ),
-    (
-        "  { literal = \",\" },\n  { unit",
-        "  { literal = \" \" },\n  { number = { count = [5], } },\n  { unit",
-        &["fields with 2 numbers", "own quantity", "any"],
-    ),
-    (
-        "{ number = { count = [7], point = \"in-place\" } },\n",
-        "{ hex = { count = 13 } },\n",
-        &["value[0].fields[3].hex.count", "1 to 12"],
-    ),
-    (
-        "{ number = { count = [7], point = \"in-place\" } },\n",
-        "{ integer = { bytes = 0 } },\n",
-        &["value[0].fields[3].integer.bytes", "1 to 6"],
-    ),
-    (
-        "{ number = { count = [7], point = \"in-place\" } },\n",
-        "{ hex = { count = 4, digits = \"0123456789abcdeF\", scale = 0.0 } },\n",
-        &["hex.scale", "other than 0"],
-    ),
+    ("send = \"?\"", "send = \"?\", bytes = [63]", &["commands.read.send", "exclude"]),
+    ("expects = \"value\"", "expects = \"text\"", &["`commands.read.expects` is text"]),
+    ("end = [\"\\r\\n\"]", "end = []", &["`framing.line.end` is []"]),
+    ("[framing.line]\nend = [\"\\r\\n\"]", "[framing.fixed]\nlength = 0", &["`framing.fixed.length` is 0"]),
+    ("from = \"packet\"", "from = \"fixed\"", &["`unit.fixed` is missing"]),
+    ("from = \"packet\"", "from = \"packet\"\ncodes = { kgm = \"Nm\" }", &["`unit.codes.kgm` is \"Nm\"", "kgf"]),
+    ("count = [7]", "count = [7, 3]", &[":35:", "value[0].fields[3].number.count", "[7, 3]"]),
+    ("count = [7]", "count = []", &["[how many] or [least, most]"]),
+    ("minus = [\"-\"]", "minus = [\"+\"]", &["value[0].fields[2].sign", "different texts"]),
+    ("{ literal = \"ER\" }", "{ literal = \"\" }", &["error[0].fields[0].literal", "at least one character"]),
+    ("{ number = { count = [7], point = \"in-place\" } },\n", "", &["fields with 0 numbers", "one number"]),
+    ("  { literal = \",\" },\n  { unit", "  { literal = \" \" },\n  { number = { count = [5], } },\n  { unit", &["fields with 2 numbers", "own quantity", "any"]),
+    ("{ number = { count = [7], point = \"in-place\" } },\n", "{ hex = { count = 13 } },\n", &["value[0].fields[3].hex.count", "1 to 12"]),
+    ("{ number = { count = [7], point = \"in-place\" } },\n", "{ integer = { bytes = 0 } },\n", &["value[0].fields[3].integer.bytes", "1 to 6"]),
+    ("{ number = { count = [7], point = \"in-place\" } },\n", "{ hex = { count = 4, digits = \"0123456789abcdeF\", scale = 0.0 } },\n", &["hex.scale", "other than 0"]),
 ];
 
 #[test]
@@ -323,12 +232,9 @@ fn integers_in_digits_and_in_bytes_are_values() {
     let mut decoder = Decoder::new(&description, None).unwrap();
     let mut out = Vec::new();
     decoder.push(b"U\x01+00000U\x01-0271?U\x01+0G000", 0.0, &mut out);
-    let values: Vec<_> = out
+    let values: Vec<_> = samples(&out)
         .iter()
-        .filter_map(|decoded| match decoded {
-            Decoded::Sample(sample) => Some((sample.value, sample.resolution_si)),
-            _ => None,
-        })
+        .map(|sample| (sample.value, sample.resolution_si))
         .collect();
     assert_eq!(values, [(0.0, 0.001), (-10.015, 0.001)]);
 
@@ -351,40 +257,27 @@ fn integers_in_digits_and_in_bytes_are_values() {
 fn open_values_of_a_description_are_required_from_the_user() {
     let (description, _) = InstrumentDescription::parse(example(), "example").unwrap();
     assert_eq!(description.warnings(), [""; 0], "the example of the page");
-    let doubted = |find: &str, replacement: &str, part: &str| {
+    let state = "{ choice = { good = [\"ST\"], note = { US = \"unstable\" }, refuse = { OL = \"overload: unload the gauge\" } } }";
+    let error = "[[error]]\nmeaning = \"refused\"\ntext = \"the gauge did not understand\"\nfields = [{ literal = \"ER\" }]";
+    #[rustfmt::skip]
+    let doubts = [
+        (", refuse = { OL = \"overload: unload the gauge\" }", "", "overloaded is not described"),
+        ("capacity = { kgf = 50 }\n", "", "physical.capacity"),
+        ("resolution = { kgf = 0.01 }\n", "", "physical.resolution"),
+        ("  { unit = { others = [1, 6] } },\n", "", "carries no unit"),
+        // What could say something must not be passed over.
+        (state, "{ any = { count = [2] } }", "skips letters"),
+        ("{ sign = { plus = [\"+\"], minus = [\"-\"] } }", "{ any = { count = [1], of = \"+-\" } }", "may be a sign"),
+        // One packet is taken for another.
+        (error, "[[error]]\nmeaning = \"refused\"\ntext = \"any\"\nfields = [{ any = { count = [1, 40] } }]", "is refused"),
+        ("[[value]]\n", "[[value]]\nfields = [{ literal = \"ST,\" }, { sign = { plus = [\"+\"], minus = [\"-\"] } }, { any = { count = [2], of = \"0\" } }, { number = { count = [5], point = \"none\", decimals = 1 } }, { literal = \",\" }, { unit = { others = [1, 6] } }]\n[[value]]\n", "value[0]"),
+    ];
+    for (find, replacement, part) in doubts {
         let (description, _) = InstrumentDescription::parse(&with(find, replacement), "f").unwrap();
         let warnings = description.warnings();
         let named = warnings.iter().any(|doubt| doubt.contains(part));
         assert!(named, "{part} is not in {warnings:?}");
-    };
-    doubted(
-        ", refuse = { OL = \"overload: unload the gauge\" }",
-        "",
-        "overloaded is not described",
-    );
-    doubted("capacity = { kgf = 50 }\n", "", "physical.capacity");
-    doubted("resolution = { kgf = 0.01 }\n", "", "physical.resolution");
-    doubted("  { unit = { others = [1, 6] } },\n", "", "carries no unit");
-    // What could say something must not be passed over.
-    let state = "{ choice = { good = [\"ST\"], note = { US = \"unstable\" }, refuse = { OL = \"overload: unload the gauge\" } } }";
-    doubted(state, "{ any = { count = [2] } }", "skips letters");
-    doubted(
-        "{ sign = { plus = [\"+\"], minus = [\"-\"] } }",
-        "{ any = { count = [1], of = \"+-\" } }",
-        "may be a sign",
-    );
-    // One packet is taken for another.
-    let error = "[[error]]\nmeaning = \"refused\"\ntext = \"the gauge did not understand\"\nfields = [{ literal = \"ER\" }]";
-    doubted(
-        error,
-        "[[error]]\nmeaning = \"refused\"\ntext = \"any\"\nfields = [{ any = { count = [1, 40] } }]",
-        "is refused",
-    );
-    doubted(
-        "[[value]]\n",
-        "[[value]]\nfields = [{ literal = \"ST,\" }, { sign = { plus = [\"+\"], minus = [\"-\"] } }, { any = { count = [2], of = \"0\" } }, { number = { count = [5], point = \"none\", decimals = 1 } }, { literal = \",\" }, { unit = { others = [1, 6] } }]\n[[value]]\n",
-        "value[0]",
-    );
+    }
 }
 
 #[test]

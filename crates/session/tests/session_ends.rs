@@ -2,7 +2,7 @@
 
 use crate::support::{MockBench, Rig, records, short};
 use stiffbench_session::{
-    Answer, Event, Input, Occasion, OperatorEvent, SessionEnd, SessionState, Settings,
+    Answer, Event, Occasion, OperatorEvent, SessionEnd, SessionState, Settings,
 };
 
 fn text(text: &str) -> Answer {
@@ -19,7 +19,7 @@ fn temperature_humidity_and_notes_are_asked_at_the_start_after_a_resume_and_at_t
         ("bench-note-end", text("the fan was on")),
     ];
     rig.until(20_000, |rig| rig.machine.state().taken.len() == 1);
-    rig.input(Input::Operator(OperatorEvent::Abort));
+    rig.operator(OperatorEvent::Abort);
     let stopped = rig.journal_bytes();
     let mut rig = Rig::resume(&procedure, &stopped, MockBench::default());
     rig.answers = vec![
@@ -55,7 +55,7 @@ fn stopping_at_the_questions_of_the_end_completes_the_session() {
         let prompt = rig.machine.view().prompt;
         prompt.is_some_and(|prompt| prompt.id == "temperature-end")
     });
-    rig.input(Input::Operator(OperatorEvent::Interrupt));
+    rig.operator(OperatorEvent::Interrupt);
     assert_eq!(rig.machine.outcome(), Some(SessionEnd::Complete));
 }
 
@@ -73,25 +73,24 @@ fn the_end_states_by_whom() {
     rig.run();
     assert_eq!(ended(rig), (SessionEnd::Complete, "program".to_owned()));
     let mut rig = Rig::start(&procedure);
-    rig.input(Input::Operator(OperatorEvent::Abort));
+    rig.operator(OperatorEvent::Abort);
     assert_eq!(ended(rig), (SessionEnd::Aborted, "operator".to_owned()));
     let settings = Settings {
         operator: Some("A. Jones".to_owned()),
         ..Settings::default()
     };
     let mut rig = Rig::with_settings(&procedure, settings);
-    rig.input(Input::Operator(OperatorEvent::Abort));
+    rig.operator(OperatorEvent::Abort);
     assert_eq!(ended(rig), (SessionEnd::Aborted, "A. Jones".to_owned()));
 }
 
 #[test]
 fn what_a_resumed_session_repeats_is_stated_when_it_pauses_or_stops() {
     let procedure = short(false);
-    let mut rig = Rig::start(&procedure);
-    rig.until(20_000, |rig| rig.machine.state().taken.len() == 2);
+    let mut rig = Rig::up_to(2);
     rig.until(1000, |rig| rig.machine.view().band.is_some());
     rig.said.clear();
-    rig.input(Input::Operator(OperatorEvent::Pause));
+    rig.operator(OperatorEvent::Pause);
     let said = rig.said.join("\n");
     for part in [
         "the gauges settle again for the reading at -20 N, repeat 1",
@@ -102,7 +101,7 @@ fn what_a_resumed_session_repeats_is_stated_when_it_pauses_or_stops() {
         assert!(said.contains(part), "{part}: {said}");
     }
     rig.said.clear();
-    rig.input(Input::Operator(OperatorEvent::Interrupt));
+    rig.operator(OperatorEvent::Interrupt);
     assert!(rig.said.join("\n").contains("session resume repeats"));
     // With everything measured there is nothing to repeat.
     let mut rig = Rig::start(&procedure);

@@ -1,22 +1,13 @@
 //! Faults of gauges, zeros and operators during a session: no false value stands as an accepted reading without a flag.
 
-use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
-use stiffbench_session::{
-    Answer, Input, OperatorEvent, PromptKind, SessionEnd, SessionState, Task,
-};
+use stiffbench_gauges::Channel;
+use stiffbench_session::{Input, OperatorEvent, PromptKind, SessionEnd, SessionState, Task};
 
 use super::support::{Rig, records, short};
 
 /// Compliance of the bench along x, m/N, and the preload that its zero is set under, N.
 const COMPLIANCE: f64 = 5e-6;
 const PRELOAD_N: f64 = -1.0;
-
-/// A session up to its reading of this number.
-fn up_to(readings: usize) -> Rig {
-    let mut rig = Rig::start(&short(false));
-    rig.until(4000, |rig| rig.machine.state().readings.len() == readings);
-    rig
-}
 
 /// Fails if a reading that counts and has no flag is off the bench by more than three steps of its last digits.
 fn nothing_false(state: &SessionState, what: &str) {
@@ -37,18 +28,6 @@ fn nothing_false(state: &SessionState, what: &str) {
             true_m * 1e6
         );
     }
-}
-
-fn asked(rig: &Rig, id: &str) -> bool {
-    rig.asked.iter().any(|prompt| prompt.id == id)
-}
-
-fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
-    Input::Gauge(GaugeEvent::Link {
-        channel,
-        state,
-        at_s,
-    })
 }
 
 #[test]
@@ -77,20 +56,15 @@ fn the_rest_after_zeroing_is_subtracted_and_recorded() {
 #[test]
 fn a_display_that_stood_still_on_the_way_gives_no_reading() {
     for channel in Channel::ALL {
-        let mut rig = up_to(2);
-        rig.answers
-            .push(("frozen", Answer::Text("skip".to_owned())));
-        rig.answers
-            .push(("implausible", Answer::Text("skip".to_owned())));
+        let mut rig = Rig::up_to(2);
+        rig.answer(&[("frozen", "skip"), ("implausible", "skip")]);
         rig.until(4000, |rig| rig.bench.force_n < -17.0);
         rig.bench.hold(channel);
         if channel == Channel::Force {
             // Held just inside the band; the jack goes on.
             rig.bench.held_si[0] = Some(19.8);
         }
-        for _ in 0..200 {
-            rig.tick();
-        }
+        rig.wait(200);
         rig.bench.held_si = [None; Channel::COUNT];
         rig.run();
         nothing_false(rig.machine.state(), "held");
@@ -101,14 +75,11 @@ fn a_display_that_stood_still_on_the_way_gives_no_reading() {
 fn readings_since_a_frozen_display_are_flagged() {
     // Put right after the answer, or while the question is open and so withdrawn.
     for left_open in ["", "frozen"] {
-        let mut rig = up_to(1);
+        let mut rig = Rig::up_to(1);
         rig.leaves_open = left_open;
-        rig.answers
-            .push(("frozen", Answer::Text("again".to_owned())));
+        rig.answer(&[("frozen", "again")]);
         rig.bench.hold(Channel::Displacement);
-        for _ in 0..400 {
-            rig.tick();
-        }
+        rig.wait(400);
         rig.bench.held_si = [None; Channel::COUNT];
         rig.run();
         let state = rig.machine.state();
@@ -126,7 +97,7 @@ fn readings_since_a_frozen_display_are_flagged() {
 fn a_self_tare_under_load_records_no_false_reading() {
     for channel in Channel::ALL {
         for readings in [1, 2, 3, 5] {
-            let mut rig = up_to(readings);
+            let mut rig = Rig::up_to(readings);
             rig.bench.tare(channel);
             rig.bench.by_display = true;
             assert_eq!(rig.run(), Some(SessionEnd::Complete));
@@ -138,23 +109,12 @@ fn a_self_tare_under_load_records_no_false_reading() {
 #[test]
 fn after_a_lost_connection_the_zero_is_checked_first() {
     for tared in [false, true] {
-        let mut rig = up_to(2);
-        let at_s = rig.bench.now_s;
-        let reason = "unplugged".into();
-        rig.input(link(
-            Channel::Displacement,
-            LinkState::Lost { reason },
-            at_s,
-        ));
+        let mut rig = Rig::up_to(2);
+        rig.unplug(Channel::Displacement);
         if tared {
             rig.bench.tare(Channel::Displacement);
         }
-        let port = "ttyUSB1".into();
-        rig.input(link(
-            Channel::Displacement,
-            LinkState::Connected { port },
-            at_s,
-        ));
+        rig.plug_in(Channel::Displacement);
         let zeros = rig.machine.state().zeros.values().sum::<u32>();
         assert_eq!(rig.run(), Some(SessionEnd::Complete));
         let state = rig.machine.state();
@@ -169,30 +129,24 @@ fn after_a_lost_connection_the_zero_is_checked_first() {
 
 #[test]
 fn a_gauge_that_is_lost_or_falls_silent_rings_once() {
-    let mut rig = up_to(2);
+    let mut rig = Rig::up_to(2);
     let before = rig.rings;
     rig.bench.now_s += 30.0;
     for _ in 0..3 {
         rig.input(Input::Tick);
     }
     assert_eq!(rig.rings - before, Channel::ALL.len());
-    let mut rig = up_to(2);
-    let (before, reason) = (rig.rings, "unplugged".into());
-    rig.input(link(
-        Channel::Force,
-        LinkState::Lost { reason },
-        rig.bench.now_s,
-    ));
+    let mut rig = Rig::up_to(2);
+    let before = rig.rings;
+    rig.unplug(Channel::Force);
     assert_eq!(rig.rings - before, 1);
 }
 
 #[test]
 fn another_number_of_decimals_holds_the_session_up() {
-    let mut rig = up_to(2);
+    let mut rig = Rig::up_to(2);
     rig.bench.decimals = 4;
-    for _ in 0..300 {
-        rig.tick();
-    }
+    rig.wait(300);
     assert_eq!(rig.machine.state().readings.len(), 2);
     let held_up = rig.machine.view().held_up.join("; ");
     assert!(held_up.contains("another number of decimals"), "{held_up}");
@@ -203,8 +157,8 @@ fn another_number_of_decimals_holds_the_session_up() {
 
 #[test]
 fn readings_with_an_unchecked_zero_are_marked_until_it_is_checked() {
-    let mut rig = up_to(2);
-    rig.input(Input::Operator(OperatorEvent::Interrupt));
+    let mut rig = Rig::up_to(2);
+    rig.operator(OperatorEvent::Interrupt);
     rig.run();
     let state = rig.machine.state();
     assert!(
@@ -227,17 +181,14 @@ fn readings_with_an_unchecked_zero_are_marked_until_it_is_checked() {
 
 #[test]
 fn a_repeated_load_is_compared_with_its_earlier_reading() {
-    let rig = up_to(2);
+    let rig = Rig::up_to(2);
     let mut bench = rig.bench.clone();
     bench.sensitivity = 0.5;
     bench.force_n = 0.0;
     let mut rig = Rig::resume(&short(false), &rig.journal_bytes(), bench);
     // The zero of such a gauge is right under the preload.
     rig.bench.tare(Channel::Displacement);
-    rig.answers
-        .push(("changed", Answer::Text("flag".to_owned())));
-    rig.answers
-        .push(("implausible", Answer::Text("skip".to_owned())));
+    rig.answer(&[("changed", "flag"), ("implausible", "skip")]);
     rig.run();
     nothing_false(rig.machine.state(), "half as sensitive");
 }
@@ -248,18 +199,15 @@ fn coarse_steps_behind_fine_decimals_are_asked_about() {
     procedure.loads_n = (0..12).map(|n| -6.5 * f64::from(n)).collect();
     let mut rig = Rig::start(&procedure);
     rig.bench.step_m = 10e-6;
-    rig.answers
-        .push(("displacement-steps", Answer::Text("skip".to_owned())));
-    rig.answers
-        .push(("implausible", Answer::Text("skip".to_owned())));
+    rig.answer(&[("displacement-steps", "skip"), ("implausible", "skip")]);
     rig.run();
-    assert!(asked(&rig, "displacement-steps"));
+    assert!(rig.was_asked("displacement-steps"));
     nothing_false(rig.machine.state(), "coarse");
 }
 
 #[test]
 fn a_question_goes_when_its_cause_is_gone() {
-    let mut rig = up_to(1);
+    let mut rig = Rig::up_to(1);
     rig.until(4000, |rig| {
         matches!(rig.machine.view().task, Task::Load { target_n, .. } if target_n == -10.0)
             && rig.bench.force_n < -5.0

@@ -4,8 +4,8 @@ use crate::support::{Rig, short};
 use jiff::Timestamp;
 use proptest::prelude::*;
 use stiffbench_session::{
-    Damage, Event, Gap, Input, Journal, JournalEnd, JournalError, Noted, OperatorEvent,
-    Surroundings, read_journal, write_lines,
+    Damage, Event, Gap, Journal, JournalEnd, JournalError, Noted, OperatorEvent, Surroundings,
+    read_journal, write_lines,
 };
 
 fn journal(texts: &[&str]) -> Vec<u8> {
@@ -202,49 +202,25 @@ fn what_another_program_adds_costs_no_record() {
         let units = "\u{feff}".encode_utf16().chain(text.encode_utf16());
         units.flat_map(order).collect()
     };
+    #[rustfmt::skip]
     let added: [(&str, usize, Vec<u8>); 17] = [
         ("CR LF", 1, text.replace('\n', "\r\n").into()),
         ("CR", 1, text.replace('\n', "\r").into()),
         ("mark", 1, format!("\u{feff}{text}").into()),
-        (
-            "CR LF and mark",
-            1,
-            format!("\u{feff}{}", text.replace('\n', "\r\n")).into(),
-        ),
+        ("CR LF and mark", 1, format!("\u{feff}{}", text.replace('\n', "\r\n")).into()),
         ("blanks behind", 1, text.replace('\n', "  \n").into()),
         ("tab before", 1, format!("\t{text}").into()),
-        (
-            "blank lines",
-            2,
-            format!("{}\n\n\n{}\n{}\n", lines[0], lines[1], lines[2]).into(),
-        ),
+        ("blank lines", 2, format!("{}\n\n\n{}\n{}\n", lines[0], lines[1], lines[2]).into()),
         ("blank line first", 1, format!("\n{text}").into()),
         ("blank line last", 4, format!("{text}\n").into()),
         ("one line", 1, lines.concat().into()),
         ("a list", 1, format!("[{}]\n", lines.join(",\n")).into()),
         ("quoted", 1, format!("> {}\n", lines.join("\n> ")).into()),
-        (
-            "NUL between",
-            2,
-            format!("{}\n\0\0\0{}\n{}\n", lines[0], lines[1], lines[2]).into(),
-        ),
-        (
-            "words behind",
-            3,
-            text.trim_end()
-                .to_owned()
-                .into_bytes()
-                .into_iter()
-                .chain(*b" # end\n")
-                .collect(),
-        ),
+        ("NUL between", 2, format!("{}\n\0\0\0{}\n{}\n", lines[0], lines[1], lines[2]).into()),
+        ("words behind", 3, format!("{} # end\n", text.trim_end()).into()),
         ("UTF-16 LE", 1, utf16(u16::to_le_bytes)),
         ("UTF-16 BE", 1, utf16(u16::to_be_bytes)),
-        (
-            "another journal behind",
-            4,
-            [text.as_str(), &text].concat().into(),
-        ),
+        ("another journal behind", 4, [text.as_str(), &text].concat().into()),
     ];
     for (name, at, bytes) in added {
         let read = read_journal(&bytes);
@@ -324,7 +300,7 @@ fn a_note_at_the_question_for_a_pose_is_on_the_cell_that_is_set_up() {
     rig.leaves_open = "setup";
     rig.until(1000, |rig| rig.machine.view().prompt.is_some());
     let text = Some("the bolt was loose".to_owned());
-    rig.input(Input::Operator(OperatorEvent::Note { text }));
+    rig.operator(OperatorEvent::Note { text });
     let notes = &rig.machine.state().notes;
     assert_eq!(notes[0].1.cell, Some(0));
     assert!(

@@ -3,10 +3,10 @@
 //! A reading is false if it counts, has no flag, and its force is off by more than 0.35 N or its displacement by more than 6 um.
 
 use crate::support::{Display, MockBench, Rig, RunDeviation, short, uniform};
-use stiffbench_gauges::{Channel, GaugeEvent, LinkState, Rejected};
+use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{RepeatOrder, ZeroScope};
-use stiffbench_session::{Answer, Input, OperatorEvent, SessionEnd};
+use stiffbench_session::{Input, OperatorEvent, SessionEnd};
 use stiffbench_units_and_text::test_point::Direction;
 
 const MOST_OFF: [f64; 2] = [0.35, 6e-6];
@@ -199,14 +199,7 @@ fn of_runs() -> Vec<Fault> {
 
 fn rejects(rig: &mut Rig, ticks: i64, raw: &str) {
     if every(&rig.bench, ticks) {
-        rig.input(Input::Gauge(GaugeEvent::Rejected {
-            channel: Channel::Force,
-            rejected: Rejected {
-                raw: raw.into(),
-                reason: "it is not a value".into(),
-                at_s: rig.bench.now_s,
-            },
-        }));
+        rig.reject(Channel::Force, raw);
     }
 }
 
@@ -222,15 +215,8 @@ fn replugged(rig: &mut Rig, channel: Channel, shift: f64) {
     if rig.bench.taken.0 == 7 && rig.bench.left_on_n == 0.0 {
         // Once.
         rig.bench.left_on_n = 1e-9;
-        let at_s = rig.bench.now_s;
-        let (reason, port) = ("unplugged".into(), "again".into());
-        for state in [LinkState::Lost { reason }, LinkState::Connected { port }] {
-            rig.input(Input::Gauge(GaugeEvent::Link {
-                channel,
-                state,
-                at_s,
-            }));
-        }
+        rig.unplug(channel);
+        rig.plug_in(channel);
         rig.bench.shift(channel, shift);
     }
 }
@@ -252,7 +238,7 @@ fn of_operators() -> Vec<Fault> {
         ("5 N are left on while run 2 is zeroed", |rig| rig.bench.left_on_n = either(rig.bench.taken.0 == 5, -5.0, 0.0)),
         ("keys are pressed before it settles", |rig| {
             if every(&rig.bench, 3) {
-                rig.input(Input::Operator(OperatorEvent::Capture));
+                rig.operator(OperatorEvent::Capture);
             }
         }),
         ("an error comes every 4 s", |rig| rejects(rig, 40, "ERR1")),
@@ -278,8 +264,8 @@ fn of_operators() -> Vec<Fault> {
         }),
         happens("pauses", |rig| {
             if every(&rig.bench, 200) {
-                rig.input(Input::Operator(OperatorEvent::Pause));
-                rig.input(Input::Operator(OperatorEvent::Pause));
+                rig.operator(OperatorEvent::Pause);
+                rig.operator(OperatorEvent::Pause);
             }
         }),
     ];
@@ -293,45 +279,24 @@ fn kinds() -> Vec<Fault> {
 }
 
 /// The answers of somebody who wants it right, and of somebody who wants it done.
-const ANSWERS: [[(&str, &str); 13]; 2] = [
-    [
-        ("frozen", "skip"),
-        ("implausible", "skip"),
-        ("displacement-sign", "skip"),
-        ("zero-not-shown", "again"),
-        ("changed", "again"),
-        ("force-steps", "skip"),
-        ("displacement-steps", "skip"),
-        ("drift", "redo"),
-        ("bad-reading", "redo"),
-        ("not-settled", "wait"),
-        ("force-offset", "wait"),
-        ("force-sign", "wait"),
-        ("limit", "skip"),
-    ],
-    [
-        ("frozen", "accept"),
-        ("implausible", "accept"),
-        ("displacement-sign", "accept"),
-        ("zero-not-shown", "subtract"),
-        ("changed", "flag"),
-        ("force-steps", "accept"),
-        ("displacement-steps", "accept"),
-        ("drift", "keep"),
-        ("bad-reading", "keep"),
-        ("not-settled", "take"),
-        ("force-offset", "zero"),
-        ("force-sign", "flip"),
-        ("limit", "accept"),
-    ],
+const ANSWERS: [(&str, [&str; 2]); 13] = [
+    ("frozen", ["skip", "accept"]),
+    ("implausible", ["skip", "accept"]),
+    ("displacement-sign", ["skip", "accept"]),
+    ("zero-not-shown", ["again", "subtract"]),
+    ("changed", ["again", "flag"]),
+    ("force-steps", ["skip", "accept"]),
+    ("displacement-steps", ["skip", "accept"]),
+    ("drift", ["redo", "keep"]),
+    ("bad-reading", ["redo", "keep"]),
+    ("not-settled", ["wait", "take"]),
+    ("force-offset", ["wait", "zero"]),
+    ("force-sign", ["wait", "flip"]),
+    ("limit", ["skip", "accept"]),
 ];
 
 /// How a session ended, the readings that are false, and how many have a flag.
-fn session(
-    kind: &Fault,
-    seed: u64,
-    answers: &[(&'static str, &str)],
-) -> (Option<SessionEnd>, Vec<String>, usize) {
+fn session(kind: &Fault, seed: u64, operator: usize) -> (Option<SessionEnd>, Vec<String>, usize) {
     let mut procedure = Procedure {
         loads_n: vec![0.0, -15.0, -30.0, -45.0, -60.0],
         directions: vec![Direction::X.into()],
@@ -346,10 +311,7 @@ fn session(
     rig.bench.noise_si = [0.02, 0.4e-6];
     rig.bench.preload_off_n = 0.15;
     rig.bench.by_display = true;
-    let answers = answers
-        .iter()
-        .map(|(id, word)| (*id, Answer::Text((*word).to_owned())));
-    rig.answers.extend(answers);
+    rig.answer(&ANSWERS.map(|(id, words)| (id, words[operator])));
     (kind.begin)(&mut rig);
     if let Some((repeat, run)) = kind.run {
         rig.bench.runs.insert((0, repeat), run);
@@ -393,13 +355,13 @@ fn no_kind_of_fault_puts_a_false_value_in_and_no_clean_session_is_held_up() {
     assert!(kinds.len() >= 60, "{}", kinds.len());
     let mut bad = Vec::new();
     for kind in &kinds {
-        for (of, answers) in ANSWERS.iter().enumerate() {
+        for operator in 0..2 {
             for seed in 0..3 {
-                let (ended, off, flagged) = session(kind, seed, answers);
+                let (ended, off, flagged) = session(kind, seed, operator);
                 let is_clean = ended == Some(SessionEnd::Complete) && flagged == 0;
                 if !off.is_empty() || (kind.control && !is_clean) {
                     bad.push(format!(
-                        "{} ({of}, {seed}): {ended:?}, {flagged} flagged, {off:?}",
+                        "{} ({operator}, {seed}): {ended:?}, {flagged} flagged, {off:?}",
                         kind.name
                     ));
                 }

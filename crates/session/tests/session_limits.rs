@@ -2,7 +2,7 @@
 
 use crate::support::{Rig, short};
 use stiffbench_measurement::procedure::LimitVerdict;
-use stiffbench_session::{Answer, SessionEnd};
+use stiffbench_session::SessionEnd;
 
 #[test]
 fn a_reading_keeps_its_verdict_beside_the_value() {
@@ -11,7 +11,7 @@ fn a_reading_keeps_its_verdict_beside_the_value() {
     procedure.limits.displacement_warn_m = Some(30e-6);
     procedure.limits.displacement_hard_m = Some(80e-6);
     let mut rig = Rig::start(&procedure);
-    rig.answers = vec![("limit", Answer::Text("accept".to_owned()))];
+    rig.answer(&[("limit", "accept")]);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let readings = &rig.machine.state().readings;
     for (step, verdict, flag) in [

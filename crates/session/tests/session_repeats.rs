@@ -22,11 +22,8 @@ fn in_the_second_repeat() -> u32 {
 fn run(answer: &str, spike_m: f64) -> (SessionState, Vec<Prompt>) {
     let mut rig = Rig::start(&procedure());
     rig.spike = Some((in_the_second_repeat(), spike_m));
-    let answer = Answer::Text(answer.to_owned());
-    rig.answers.push(("bad-reading", answer));
     // The next run is compared with the spiked one while it is measured.
-    let accept = Answer::Text("accept".to_owned());
-    rig.answers.push(("implausible", accept));
+    rig.answer(&[("bad-reading", answer), ("implausible", "accept")]);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let state = rig.machine.state().clone();
     let asked = std::mem::take(&mut rig.asked).into_iter();

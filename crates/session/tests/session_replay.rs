@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use crate::support::{Rig, plan, records, short};
 use stiffbench_gauges::GaugeEvent;
 use stiffbench_session::{
-    Input, Journal, Machine, OperatorEvent, RecordedSession, SessionEnd, SessionState, Settings,
+    Journal, Machine, OperatorEvent, RecordedSession, SessionEnd, SessionState, Settings,
     replay_session,
 };
 
@@ -16,8 +16,8 @@ fn the_values_of_a_session_give_its_readings_notes_and_repeats_again() {
     // What the gauges sent, as traces keep it.
     rig.until(20_000, |rig| rig.machine.state().taken.len() == 2);
     let text = Some("the lamp was switched on".to_owned());
-    rig.input(Input::Operator(OperatorEvent::Note { text }));
-    rig.input(Input::Operator(OperatorEvent::Redo));
+    rig.operator(OperatorEvent::Note { text });
+    rig.operator(OperatorEvent::Redo);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let events: Vec<(f64, GaugeEvent)> = std::mem::take(&mut rig.sent);
     let recorded = records(&rig.journal_bytes());

@@ -6,18 +6,21 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
-use crate::support::{MockBench, csv_without_times, plan, short};
+use crate::support::{MockBench, csv_without_times, plan, resumed, short, started};
 use jiff::Timestamp;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Event, FolderError, FolderHolder, JOURNAL_SCHEMA, JournalEnd, Machine, Noted,
-    Operator, OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
-    SessionState, SessionView, Settings, Started, folder_holder, read_folder, read_journal,
-    recover, run,
+    Answers, Bell, Event, FolderError, FolderHolder, JournalEnd, Machine, Noted, Operator,
+    OperatorEvent, Prompt, RunError, SessionEnd, SessionFolder, SessionInputs, SessionState,
+    SessionView, Settings, folder_holder, read_folder, read_journal, recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
+
+/// Head of a session, and when it begins.
+const HEADER: &str = "schema = \"stiffbench/session/1\"\n";
+const NOW: Timestamp = Timestamp::UNIX_EPOCH;
 
 /// Session seconds in a real one.
 const SPEED: f64 = 400.0;
@@ -125,42 +128,17 @@ fn session_of(
     stop_after: Option<usize>,
     bench: &mut MockBench,
 ) -> (Result<SessionEnd, RunError>, Vec<String>) {
-    let now = Timestamp::UNIX_EPOCH;
     let (folder, mut journal, state) = if folder.exists() {
-        let (folder, journal, read, _) = SessionFolder::open(folder, now).unwrap();
+        let (folder, journal, read, _) = SessionFolder::open(folder, NOW).unwrap();
         (folder, journal, SessionState::fold(&read.records))
     } else {
-        let (folder, journal) =
-            SessionFolder::create(folder, "schema = \"stiffbench/session/1\"\n", None, now)
-                .unwrap();
+        let (folder, journal) = SessionFolder::create(folder, HEADER, None, NOW).unwrap();
         (folder, journal, SessionState::default())
     };
     let clock = Clock::starting_at(state.last_s, SPEED);
-    let software = "test".to_owned();
-    let (pid, host) = (1, "here".to_owned());
-    let first = if state.started.is_none() {
-        Event::Started(Started {
-            schema: Some(JOURNAL_SCHEMA.to_owned()),
-            session: "s1".to_owned(),
-            procedure: procedure.name.clone(),
-            procedure_sha256: String::new(),
-            robot_sha256: None,
-            header_sha256: None,
-            instruments_sha256: None,
-            mechanism: None,
-            origin: None,
-            software,
-            pid,
-            host,
-            displacement_axes: Vec::new(),
-        })
-    } else {
-        Event::Resumed(Resumed {
-            software,
-            pid,
-            host,
-            cut_bytes: 0,
-        })
+    let first = match state.started {
+        None => started(procedure),
+        Some(_) => resumed(),
     };
     let mut machine = Machine::new(plan(procedure), Settings::default(), state);
     let record = journal.append(first, clock.utc(), clock.now_s()).unwrap();
@@ -271,10 +249,8 @@ fn a_question_without_an_answer_ends_the_session_and_names_the_flag() {
 fn a_second_process_gets_the_holder_of_the_session() {
     let desk = tempfile::tempdir().unwrap();
     let path = desk.path().join("s");
-    let now = Timestamp::UNIX_EPOCH;
-    let (_, held) =
-        SessionFolder::create(&path, "schema = \"stiffbench/session/1\"\n", None, now).unwrap();
-    let error = SessionFolder::open(&path, now).unwrap_err();
+    let (_, held) = SessionFolder::create(&path, HEADER, None, NOW).unwrap();
+    let error = SessionFolder::open(&path, NOW).unwrap_err();
     let FolderError::InUse { holder, .. } = error else {
         panic!("{error}");
     };
@@ -285,13 +261,13 @@ fn a_second_process_gets_the_holder_of_the_session() {
     assert!(holder.contains("1970-01-01 00:00:00 UTC"), "{holder}");
     // The lock is on the journal: without the file that names the holder it still holds.
     std::fs::remove_file(path.join("session.lock")).unwrap();
-    let error = SessionFolder::open(&path, now).unwrap_err();
+    let error = SessionFolder::open(&path, NOW).unwrap_err();
     assert!(matches!(&error, FolderError::InUse { holder, .. } if holder == "another process"));
     let holder = folder_holder(&path);
     assert!(matches!(holder, FolderHolder::Process(_)), "{holder:?}");
     drop(held);
-    assert!(SessionFolder::open(&path, now).is_ok());
-    let error = SessionFolder::create(&path, "", None, now).unwrap_err();
+    assert!(SessionFolder::open(&path, NOW).is_ok());
+    let error = SessionFolder::create(&path, "", None, NOW).unwrap_err();
     assert!(matches!(error, FolderError::Exists { .. }));
 }
 
@@ -301,8 +277,7 @@ fn a_journal_that_is_cut_deleted_or_replaced_while_it_is_open_loses_nothing() {
     let desk = tempfile::tempdir().unwrap();
     let path = desk.path().join("s");
     let journal = path.join("journal.jsonl");
-    let (now, header) = (Timestamp::UNIX_EPOCH, "schema = \"stiffbench/session/1\"\n");
-    let (_, mut held) = SessionFolder::create(&path, header, None, now).unwrap();
+    let (_, mut held) = SessionFolder::create(&path, HEADER, None, NOW).unwrap();
     let victim = desk.path().join("victim");
     std::fs::write(&victim, "mine").unwrap();
     let harms: [&dyn Fn(); 5] = [
@@ -321,13 +296,13 @@ fn a_journal_that_is_cut_deleted_or_replaced_while_it_is_open_loses_nothing() {
     ];
     for (number, harm) in (1..).zip(harms) {
         let note = |text: String| Event::Note(Noted { cell: None, text });
-        held.append(note(format!("a {number}")), now, 0.0).unwrap();
+        held.append(note(format!("a {number}")), NOW, 0.0).unwrap();
         harm();
-        held.append(note(format!("b {number}")), now, 0.0).unwrap();
+        held.append(note(format!("b {number}")), NOW, 0.0).unwrap();
         let read = read_journal(&std::fs::read(&journal).unwrap());
         assert_eq!(read.records.len(), 2 * number, "{number}");
         assert_eq!(read.end, JournalEnd::Clean, "{number}");
-        let error = SessionFolder::open(&path, now).unwrap_err();
+        let error = SessionFolder::open(&path, NOW).unwrap_err();
         assert!(matches!(error, FolderError::InUse { .. }), "{number}");
     }
     assert_eq!(std::fs::read(&victim).unwrap(), b"mine");
@@ -341,8 +316,7 @@ fn a_torn_line_is_taken_off_and_a_damaged_one_is_left_to_recover() {
     let journal = path.join("journal.jsonl");
     let whole = std::fs::read(&journal).unwrap();
     std::fs::write(&journal, &whole[..whole.len() - 5]).unwrap();
-    let now = Timestamp::UNIX_EPOCH;
-    let (folder, _, read, cut) = SessionFolder::open(&path, now).unwrap();
+    let (folder, _, read, cut) = SessionFolder::open(&path, NOW).unwrap();
     assert!(cut > 0);
     assert_eq!(std::fs::read(&journal).unwrap().len(), read.good_bytes);
     drop(folder);
@@ -351,10 +325,10 @@ fn a_torn_line_is_taken_off_and_a_damaged_one_is_left_to_recover() {
     let middle = whole.len() / 2;
     damaged[middle] ^= 0x01;
     std::fs::write(&journal, &damaged).unwrap();
-    let error = SessionFolder::open(&path, now).unwrap_err();
+    let error = SessionFolder::open(&path, NOW).unwrap_err();
     assert!(matches!(error, FolderError::Damaged { .. }), "{error}");
     let to = desk.path().join("recovered");
-    let read = recover(&path, &to, now).unwrap();
+    let read = recover(&path, &to, NOW).unwrap();
     assert!(matches!(read.end, JournalEnd::Damaged { .. }));
     assert_eq!(
         std::fs::read(&journal).unwrap(),
@@ -376,13 +350,12 @@ fn an_unwritable_folder_is_an_error() {
     // A file where a folder has to be: no user may write there, root included.
     let file = desk.path().join("file");
     std::fs::write(&file, "").unwrap();
-    let error =
-        SessionFolder::create(&file.join("s"), "", None, Timestamp::UNIX_EPOCH).unwrap_err();
+    let error = SessionFolder::create(&file.join("s"), "", None, NOW).unwrap_err();
     let FolderError::System { path, .. } = &error else {
         panic!("{error}");
     };
     assert!(path.starts_with(&file));
-    let error = SessionFolder::open(desk.path(), Timestamp::UNIX_EPOCH).unwrap_err();
+    let error = SessionFolder::open(desk.path(), NOW).unwrap_err();
     assert!(matches!(
         error,
         FolderError::NoSession {

@@ -1,11 +1,14 @@
 //! Whole sessions in simulated time: all shipped procedures, everything an operator may do, faults, and a crash at any moment.
 
-use crate::support::{Fault, MockBench, Rig, csv_without_times, plan, records, shipped, short};
+use crate::support::{
+    Fault, MockBench, Rig, assert_cuts_lose_nothing, assert_held_up, csv_without_times, plan,
+    records, shipped, short,
+};
 use proptest::prelude::*;
-use stiffbench_gauges::{Channel, GaugeEvent, LinkState, Rejected};
+use stiffbench_gauges::Channel;
 use stiffbench_measurement::readings::{RepeatOrder, ZeroScope};
 use stiffbench_session::{
-    Answer, Event, Input, Journal, KeptReading, Machine, Noted, OperatorEvent, Purpose, SessionEnd,
+    Event, Input, Journal, KeptReading, Machine, Noted, OperatorEvent, Purpose, SessionEnd,
     SessionPlan, SessionState, Settings, SkipScope, Task, read_journal, write_line,
 };
 use stiffbench_test_files::shipped_procedures;
@@ -50,28 +53,7 @@ fn all_shipped_procedures_run_to_their_end() {
 
 #[test]
 fn cut_at_every_byte_and_resumed_nothing_is_lost_or_doubled() {
-    let procedure = short(false);
-    let mut whole = Rig::start(&procedure);
-    assert_eq!(whole.run(), Some(SessionEnd::Complete));
-    let expected = csv_without_times(whole.machine.state());
-    let snapshots = std::mem::take(&mut whole.snapshots);
-    let bytes = whole.journal_bytes();
-    for cut in 0..bytes.len() {
-        let read = stiffbench_session::read_journal(&bytes[..cut]);
-        let acknowledged = SessionState::fold(&read.records).readings;
-        let n = read.records.len();
-        if n == 0 {
-            assert!(acknowledged.is_empty());
-            continue;
-        }
-        let mut rig = Rig::resume(&procedure, &bytes[..cut], snapshots[n - 1].clone());
-        assert_eq!(rig.run(), Some(SessionEnd::Complete), "cut at {cut}");
-        let state = rig.machine.state();
-        for (now, before) in state.readings.iter().zip(&acknowledged) {
-            assert_eq!(now.taken, before.taken, "cut at {cut}");
-        }
-        assert_eq!(csv_without_times(state), expected, "cut at {cut}");
-    }
+    assert_cuts_lose_nothing(&short(false), 1);
 }
 
 /// What may happen at a tick of a session.
@@ -113,55 +95,30 @@ fn actions() -> impl Strategy<Value = Vec<(u16, ScriptedAction)>> {
     prop::collection::vec((0..120_u16, action), 0..12)
 }
 
-fn rejected() -> Input {
-    Input::Gauge(GaugeEvent::Rejected {
-        channel: Channel::Displacement,
-        rejected: Rejected {
-            raw: "ERR1".into(),
-            reason: "the gauge says that it has an error".into(),
-            at_s: 0.0,
-        },
-    })
-}
-
-fn link(state: LinkState, at_s: f64) -> Input {
-    Input::Gauge(GaugeEvent::Link {
-        channel: Channel::Force,
-        state,
-        at_s,
-    })
-}
-
 fn happen(rig: &mut Rig, action: ScriptedAction) {
-    let operator = |rig: &mut Rig, event| rig.input(Input::Operator(event));
     match action {
         ScriptedAction::Crash => {}
-        ScriptedAction::Redo => operator(rig, OperatorEvent::Redo),
+        ScriptedAction::Redo => rig.operator(OperatorEvent::Redo),
         ScriptedAction::SkipReading | ScriptedAction::SkipCell => {
             let what = match action {
                 ScriptedAction::SkipCell => SkipScope::Cell,
                 _ => SkipScope::Reading,
             };
             let reason = None;
-            operator(rig, OperatorEvent::Skip { what, reason });
+            rig.operator(OperatorEvent::Skip { what, reason });
         }
-        ScriptedAction::Note => operator(rig, OperatorEvent::Note { text: None }),
+        ScriptedAction::Note => rig.operator(OperatorEvent::Note { text: None }),
         ScriptedAction::PauseAndGoOn => {
-            operator(rig, OperatorEvent::Pause);
-            operator(rig, OperatorEvent::Pause);
+            rig.operator(OperatorEvent::Pause);
+            rig.operator(OperatorEvent::Pause);
         }
-        ScriptedAction::Goto(cell) => operator(rig, OperatorEvent::Goto { cell }),
-        ScriptedAction::Capture => operator(rig, OperatorEvent::Capture),
-        ScriptedAction::Rejected => rig.input(rejected()),
-        ScriptedAction::Lost => {
-            let reason = "pulled".into();
-            rig.input(link(LinkState::Lost { reason }, rig.bench.now_s));
-        }
+        ScriptedAction::Goto(cell) => rig.operator(OperatorEvent::Goto { cell }),
+        ScriptedAction::Capture => rig.operator(OperatorEvent::Capture),
+        ScriptedAction::Rejected => rig.reject(Channel::Displacement, "ERR1"),
+        ScriptedAction::Lost => rig.unplug(Channel::Force),
         ScriptedAction::Unplugged => {
-            let reason = "pulled".into();
-            rig.input(link(LinkState::Lost { reason }, rig.bench.now_s));
-            let port = "again".into();
-            rig.input(link(LinkState::Connected { port }, rig.bench.now_s));
+            rig.unplug(Channel::Force);
+            rig.plug_in(Channel::Force);
         }
         ScriptedAction::Gap => rig.input(Input::Gap),
         ScriptedAction::Drift => rig.bench.drift_m += 15e-6,
@@ -226,9 +183,7 @@ proptest! {
         rig.bench.has_zero[1] = by_gauge;
         let mut superseded_before = 0;
         for (ticks, action) in happenings {
-            for _ in 0..ticks {
-                rig.tick();
-            }
+            rig.wait(ticks.into());
             happen(&mut rig, action);
             let live = rig.machine.state().clone();
             let bench = rig.bench.clone();
@@ -268,9 +223,7 @@ fn what_happens_without_a_crash_leaves_a_whole_plan() {
             procedure.directions.push(Direction::Z.into());
             let plan = plan(&procedure);
             let mut rig = Rig::start(&procedure);
-            for _ in 0..ticks {
-                rig.tick();
-            }
+            rig.wait(ticks);
             happen(&mut rig, action);
             assert_eq!(
                 rig.run(),
@@ -286,10 +239,8 @@ fn what_happens_without_a_crash_leaves_a_whole_plan() {
 
 #[test]
 fn a_redone_reading_stays_and_another_takes_its_place() {
-    let procedure = short(false);
-    let mut rig = Rig::start(&procedure);
-    rig.until(2000, |rig| rig.machine.state().readings.len() == 2);
-    rig.input(Input::Operator(OperatorEvent::Redo));
+    let mut rig = Rig::up_to(2);
+    rig.operator(OperatorEvent::Redo);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let state = rig.machine.state();
     assert_eq!(state.readings.len(), 7);
@@ -310,8 +261,7 @@ fn a_redone_reading_stays_and_another_takes_its_place() {
 #[test]
 fn an_earlier_step_is_reached_again_through_the_loads_before_it() {
     let procedure = short(false);
-    let mut rig = Rig::start(&procedure);
-    rig.until(3000, |rig| rig.machine.state().readings.len() == 3);
+    let rig = Rig::up_to(3);
     let bench = rig.bench.clone();
     let bytes = rig.journal_bytes();
     let all = records(&bytes);
@@ -337,17 +287,12 @@ fn an_earlier_step_is_reached_again_through_the_loads_before_it() {
 fn a_gauge_that_counts_the_other_way_is_noticed_wherever_it_was_turned() {
     let procedure = short(false);
     let mut rig = Rig::start(&procedure);
-    rig.answers
-        .push(("displacement-sign", Answer::Text("flip".to_owned())));
+    rig.answer(&[("displacement-sign", "flip")]);
     rig.until(2000, |rig| rig.machine.state().zero.is_some());
     // Turned at the panel after the sign check.
     rig.bench.signs[1] = -1.0;
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
-    assert!(
-        rig.asked
-            .iter()
-            .any(|prompt| prompt.id == "displacement-sign")
-    );
+    assert!(rig.was_asked("displacement-sign"));
     let state = rig.machine.state();
     assert!(
         state
@@ -357,59 +302,34 @@ fn a_gauge_that_counts_the_other_way_is_noticed_wherever_it_was_turned() {
     );
     // The force gauge turned instead: the wanted force never comes.
     let mut rig = Rig::start(&procedure);
-    rig.answers
-        .push(("force-sign", Answer::Text("flip".to_owned())));
+    rig.answer(&[("force-sign", "flip")]);
     rig.until(2000, |rig| rig.machine.state().zero.is_some());
     rig.bench.signs[0] = 1.0;
-    rig.until(4000, |rig| {
-        rig.asked.iter().any(|prompt| prompt.id == "force-sign")
-    });
+    rig.until(4000, |rig| rig.was_asked("force-sign"));
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
 }
 
 #[test]
 fn faults_of_a_gauge_give_no_reading() {
-    for (fault, told) in [
-        (
-            Fault::Silent(Channel::Displacement),
-            "nothing comes from the displacement gauge",
-        ),
-        (
-            Fault::Silent(Channel::Force),
-            "nothing comes from the force gauge",
-        ),
+    let [force, displacement] = [Channel::Force, Channel::Displacement].map(Fault::Silent);
+    for (fault, said) in [
+        (displacement, "nothing comes from the displacement gauge"),
+        (force, "nothing comes from the force gauge"),
         (Fault::Unit, "sends in and was in mm"),
     ] {
-        let procedure = short(false);
-        let mut rig = Rig::start(&procedure);
-        rig.until(2000, |rig| rig.machine.state().readings.len() == 2);
-        rig.bench.fault = Some(fault);
-        for _ in 0..400 {
-            rig.tick();
-        }
-        assert_eq!(rig.machine.state().readings.len(), 2, "{fault:?}");
-        let held_up = rig.machine.view().held_up;
-        assert!(
-            held_up.iter().any(|line| line.contains(told)),
-            "{held_up:?}"
-        );
-        rig.bench.fault = None;
-        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{fault:?}");
+        let rig = assert_held_up(Rig::up_to(2), fault, said);
         assert_eq!(rig.machine.state().readings.len(), 6);
     }
 }
 
 #[test]
 fn a_frozen_displacement_is_asked_about() {
-    let procedure = short(false);
-    let mut rig = Rig::start(&procedure);
-    rig.answers
-        .push(("frozen", Answer::Text("accept".to_owned())));
-    rig.answers
-        .push(("implausible", Answer::Text("accept".to_owned())));
-    rig.answers
-        .push(("displacement-sign", Answer::Text("accept".to_owned())));
-    rig.until(2000, |rig| rig.machine.state().readings.len() == 1);
+    let mut rig = Rig::up_to(1);
+    rig.answer(&[
+        ("frozen", "accept"),
+        ("implausible", "accept"),
+        ("displacement-sign", "accept"),
+    ]);
     rig.bench.fault = Some(Fault::Frozen);
     rig.until(4000, |rig| rig.machine.state().readings.len() == 3);
     let third = &rig.machine.state().readings[2].taken;
@@ -430,9 +350,7 @@ fn a_zero_that_is_not_displayed_is_confirmed_or_repeated() {
         rig.machine.state().signs[..2].iter().all(Option::is_some)
     });
     rig.bench.fault = Some(Fault::Frozen);
-    rig.until(4000, |rig| {
-        rig.asked.iter().any(|prompt| prompt.id == "zero-not-shown")
-    });
+    rig.until(4000, |rig| rig.was_asked("zero-not-shown"));
     assert!(
         rig.machine.state().zero.is_none(),
         "a zero was set at a display that stands still"
@@ -507,14 +425,14 @@ fn an_interrupt_ends_at_a_safe_point_and_a_second_at_once() {
                 }
             )
     });
-    rig.input(Input::Operator(OperatorEvent::Interrupt));
+    rig.operator(OperatorEvent::Interrupt);
     assert_eq!(rig.machine.outcome(), None);
     let before = rig.machine.state().readings.len();
     assert_eq!(rig.run(), Some(SessionEnd::Partial));
     assert_eq!(rig.machine.state().readings.len(), before + 1);
     let mut rig = Rig::start(&procedure);
     rig.tick();
-    rig.input(Input::Operator(OperatorEvent::Abort));
+    rig.operator(OperatorEvent::Abort);
     assert_eq!(rig.machine.outcome(), Some(SessionEnd::Aborted));
     assert_eq!(
         rig.machine.state().ended.as_ref().unwrap().outcome,

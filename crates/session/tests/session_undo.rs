@@ -1,10 +1,9 @@
 //! What an undo takes back: the last decision that still holds, as a fold of the journal sees it.
 
-use crate::support::{Rig, records, short};
+use crate::support::{Rig, records};
 use jiff::Timestamp;
 use stiffbench_session::{
-    Event, Flagged, Input, OperatorEvent, Record, SessionState, SkipScope, UndoneAction,
-    last_decision,
+    Event, Flagged, OperatorEvent, Record, SessionState, SkipScope, UndoneAction, last_decision,
 };
 
 /// The journal with one more event.
@@ -22,12 +21,11 @@ fn with(records: &[Record], event: Event) -> Vec<Record> {
 
 #[test]
 fn a_skip_of_a_cell_is_taken_back_whole_and_then_the_reading_before_it() {
-    let mut rig = Rig::start(&short(false));
-    rig.until(20_000, |rig| rig.machine.state().taken.len() == 2);
-    rig.input(Input::Operator(OperatorEvent::Skip {
+    let mut rig = Rig::up_to(2);
+    rig.operator(OperatorEvent::Skip {
         what: SkipScope::Cell,
         reason: Some("a cable in the way".to_owned()),
-    }));
+    });
     assert_eq!(rig.machine.state().skipped.len(), 4);
     let stopped = records(&rig.journal_bytes());
     let state = SessionState::fold(&stopped);
@@ -49,8 +47,7 @@ fn a_skip_of_a_cell_is_taken_back_whole_and_then_the_reading_before_it() {
 
 #[test]
 fn only_flags_of_the_operator_are_taken_back() {
-    let mut rig = Rig::start(&short(false));
-    rig.until(20_000, |rig| rig.machine.state().taken.len() == 1);
+    let rig = Rig::up_to(1);
     let begun = records(&rig.journal_bytes());
     let flagged = |by_operator| {
         Event::Flagged(Flagged {

@@ -1,13 +1,13 @@
 //! Sessions with displacement gauges along the base axes: what they keep, a crash at any moment, mishaps of one gauge of three.
 
-use crate::support::{Fault, Rig, compliance, csv_without_times, records, short};
+use crate::support::{
+    Fault, Rig, assert_cuts_lose_nothing, assert_held_up, compliance, records, short,
+};
 use proptest::prelude::*;
-use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
+use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::read_vector_readings;
-use stiffbench_session::{
-    Answer, Event, Input, SessionEnd, SessionState, Task, integrity, read_journal, table,
-};
+use stiffbench_session::{Event, SessionEnd, SessionState, Task, integrity, read_journal, table};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -137,34 +137,7 @@ fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal(
 
 #[test]
 fn cut_anywhere_and_resumed_nothing_is_lost_or_doubled() {
-    let procedure = of_vectors();
-    let mut whole = Rig::start(&procedure);
-    assert_eq!(whole.run(), Some(SessionEnd::Complete));
-    let expected = csv_without_times(whole.machine.state());
-    let snapshots = std::mem::take(&mut whole.snapshots);
-    let bytes = whole.journal_bytes();
-    for cut in (0..bytes.len()).step_by(1009) {
-        let read = read_journal(&bytes[..cut]);
-        let acknowledged = SessionState::fold(&read.records).readings;
-        let Some(snapshot) = read.records.len().checked_sub(1).map(|n| &snapshots[n]) else {
-            continue;
-        };
-        let mut rig = Rig::resume(&procedure, &bytes[..cut], snapshot.clone());
-        assert_eq!(rig.run(), Some(SessionEnd::Complete), "cut at {cut}");
-        let state = rig.machine.state();
-        for (now, before) in state.readings.iter().zip(&acknowledged) {
-            assert_eq!(now.taken, before.taken, "cut at {cut}");
-        }
-        assert_eq!(csv_without_times(state), expected, "cut at {cut}");
-    }
-}
-
-fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
-    Input::Gauge(GaugeEvent::Link {
-        channel,
-        state,
-        at_s,
-    })
+    assert_cuts_lose_nothing(&of_vectors(), 1009);
 }
 
 /// Runs into the second load of the first run, does something to the gauges, and waits.
@@ -176,47 +149,23 @@ fn in_the_second_load(rig: &mut Rig) {
 }
 
 #[test]
-fn one_silent_gauge_of_three_holds_the_session_up_and_nothing_false_is_taken() {
-    for channel in [
+fn a_fault_of_one_gauge_of_three_holds_the_session_up_and_nothing_false_is_taken() {
+    let silent = [
         Channel::DisplacementX,
         Channel::DisplacementY,
         Channel::DisplacementZ,
-    ] {
+    ];
+    let silent = silent.map(|channel| {
+        let said = format!("nothing comes from the {channel} gauge");
+        (Fault::Silent(channel), said)
+    });
+    let said = "the displacement-y gauge sends in and was in mm";
+    for (fault, said) in silent.into_iter().chain([(Fault::Unit, said.to_owned())]) {
         let mut rig = Rig::start(&of_vectors());
         in_the_second_load(&mut rig);
-        rig.bench.fault = Some(Fault::Silent(channel));
-        for _ in 0..300 {
-            rig.tick();
-        }
-        let view = rig.machine.view();
-        assert_eq!(view.progress.accepted, 2, "{channel}");
-        let nothing = format!("nothing comes from the {channel} gauge");
-        assert!(view.held_up.contains(&nothing), "{:?}", view.held_up);
-        rig.bench.fault = None;
-        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{channel}");
+        let rig = assert_held_up(rig, fault, &said);
         assert_true_readings(rig.machine.state());
     }
-}
-
-#[test]
-fn another_unit_of_one_gauge_is_refused_until_it_is_set_back() {
-    let mut rig = Rig::start(&of_vectors());
-    in_the_second_load(&mut rig);
-    rig.bench.fault = Some(Fault::Unit);
-    for _ in 0..300 {
-        rig.tick();
-    }
-    let view = rig.machine.view();
-    assert_eq!(view.progress.accepted, 2);
-    let said = |text: &str| view.held_up.iter().any(|line| line.contains(text));
-    assert!(
-        said("the displacement-y gauge sends in and was in mm"),
-        "{:?}",
-        view.held_up
-    );
-    rig.bench.fault = None;
-    assert_eq!(rig.run(), Some(SessionEnd::Complete));
-    assert_true_readings(rig.machine.state());
 }
 
 #[test]
@@ -224,19 +173,11 @@ fn an_unplugged_gauge_comes_back_and_the_zeros_are_checked_before_the_next_readi
     let mut rig = Rig::start(&of_vectors());
     in_the_second_load(&mut rig);
     let channel = Channel::DisplacementZ;
-    let reason = "unplugged".into();
-    rig.input(link(channel, LinkState::Lost { reason }, rig.bench.now_s));
+    rig.unplug(channel);
     rig.bench.fault = Some(Fault::Silent(channel));
-    for _ in 0..50 {
-        rig.tick();
-    }
+    rig.wait(50);
     rig.bench.fault = None;
-    let port = "/dev/ttyUSB3".into();
-    rig.input(link(
-        channel,
-        LinkState::Connected { port },
-        rig.bench.now_s,
-    ));
+    rig.plug_in(channel);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     assert_true_readings(rig.machine.state());
     let bytes = rig.journal_bytes();
@@ -260,7 +201,7 @@ fn an_unplugged_gauge_comes_back_and_the_zeros_are_checked_before_the_next_readi
 #[test]
 fn a_stand_that_moves_along_one_axis_is_noticed_by_that_gauge() {
     let mut rig = Rig::start(&of_vectors());
-    rig.answers = vec![("implausible", Answer::Text("accept".to_owned()))];
+    rig.answer(&[("implausible", "accept")]);
     in_the_second_load(&mut rig);
     rig.bench.tare(Channel::DisplacementY);
     rig.bench.shift(Channel::DisplacementY, 60e-6);
@@ -287,17 +228,13 @@ fn with_mishaps(mishaps: &[(u16, u8, usize)]) -> Rig {
         Channel::DisplacementZ,
     ];
     for &(ticks, what, which) in mishaps {
-        for _ in 0..ticks {
-            rig.tick();
-        }
-        let (channel, now_s) = (channels[which], rig.bench.now_s);
+        rig.wait(ticks.into());
+        let channel = channels[which];
         match what {
             0 => rig.bench.fault = Some(Fault::Silent(channel)),
             1 => {
-                let reason = "unplugged".into();
-                rig.input(link(channel, LinkState::Lost { reason }, now_s));
-                let port = "/dev/ttyUSB3".into();
-                rig.input(link(channel, LinkState::Connected { port }, now_s));
+                rig.unplug(channel);
+                rig.plug_in(channel);
             }
             2 => {
                 let before = rig.machine.state().clone();
@@ -307,9 +244,7 @@ fn with_mishaps(mishaps: &[(u16, u8, usize)]) -> Rig {
             }
             _ => rig.bench.fault = Some(Fault::Unit),
         }
-        for _ in 0..20 {
-            rig.tick();
-        }
+        rig.wait(20);
         rig.bench.fault = None;
     }
     // The first reading fixes the unit of a gauge: one that was in inches then is set back to them, as the operator is told.
@@ -338,9 +273,7 @@ fn a_gauge_in_another_unit_at_the_first_reading_stays_in_it() {
     let mut rigs = (1..200).map(|after| with_mishaps(&[(21, 1, 0), (after, 3, 0)]));
     let mut rig = rigs.find(is_in_inches).expect("it is in inches at once");
     let inches = rig.bench.fault.take();
-    for _ in 0..300 {
-        rig.tick();
-    }
+    rig.wait(300);
     let view = rig.machine.view();
     assert_eq!(view.progress.accepted, 1);
     let asked = "the displacement-y gauge sends mm and was in in: set it back to in at its panel";

@@ -5,11 +5,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Write};
 
 use jiff::{SignedDuration, Timestamp};
-use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
+use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState, Rejected, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
     Action, Answer, AnswerForm, Bell, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal,
-    Machine, OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd,
+    Machine, OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, Resumed, SessionEnd,
     SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, ZeroOccasion,
     read_journal, table,
 };
@@ -484,6 +484,35 @@ pub(crate) fn short(unloading: bool) -> Procedure {
     procedure
 }
 
+/// How a session begins.
+pub(crate) fn started(procedure: &Procedure) -> Event {
+    Event::Started(Started {
+        schema: Some(JOURNAL_SCHEMA.to_owned()),
+        session: "test".to_owned(),
+        procedure: procedure.name.clone(),
+        procedure_sha256: String::new(),
+        robot_sha256: None,
+        header_sha256: None,
+        instruments_sha256: None,
+        mechanism: None,
+        origin: None,
+        software: "test".to_owned(),
+        pid: 1,
+        host: "test".to_owned(),
+        displacement_axes: procedure.displacement_axes.clone(),
+    })
+}
+
+/// How a session is taken up again.
+pub(crate) fn resumed() -> Event {
+    Event::Resumed(Resumed {
+        software: "test".to_owned(),
+        pid: 2,
+        host: "test".to_owned(),
+        cut_bytes: 0,
+    })
+}
+
 impl Rig {
     /// A new session.
     pub(crate) fn start(procedure: &Procedure) -> Self {
@@ -497,21 +526,14 @@ impl Rig {
             MockBench::default(),
             Journal::behind(disk, 0),
         );
-        rig.record(Event::Started(Started {
-            schema: Some(JOURNAL_SCHEMA.to_owned()),
-            session: "test".to_owned(),
-            procedure: procedure.name.clone(),
-            procedure_sha256: String::new(),
-            robot_sha256: None,
-            header_sha256: None,
-            instruments_sha256: None,
-            mechanism: None,
-            origin: None,
-            software: "test".to_owned(),
-            pid: 1,
-            host: "test".to_owned(),
-            displacement_axes: procedure.displacement_axes.clone(),
-        }));
+        rig.record(started(procedure));
+        rig
+    }
+
+    /// A session of few readings, up to that of this number.
+    pub(crate) fn up_to(readings: usize) -> Self {
+        let mut rig = Self::start(&short(false));
+        rig.until(20_000, |rig| rig.machine.state().readings.len() == readings);
         rig
     }
 
@@ -585,12 +607,7 @@ impl Rig {
         let began = state.started.is_some();
         let mut rig = Self::on(procedure, state, bench, journal);
         if began {
-            rig.record(Event::Resumed(stiffbench_session::Resumed {
-                software: "test".to_owned(),
-                pid: 2,
-                host: "test".to_owned(),
-                cut_bytes: 0,
-            }));
+            rig.record(resumed());
         }
         rig
     }
@@ -703,6 +720,61 @@ impl Rig {
         self.input(Input::Tick);
     }
 
+    /// Some ticks pass.
+    pub(crate) fn wait(&mut self, ticks: usize) {
+        for _ in 0..ticks {
+            self.tick();
+        }
+    }
+
+    /// The operator does something.
+    pub(crate) fn operator(&mut self, event: OperatorEvent) {
+        self.input(Input::Operator(event));
+    }
+
+    /// From now on these questions are answered with these words.
+    pub(crate) fn answer(&mut self, answers: &[(&'static str, &str)]) {
+        let answers = answers.iter();
+        let answers = answers.map(|(id, word)| (*id, Answer::Text((*word).to_owned())));
+        self.answers.extend(answers);
+    }
+
+    /// Whether a question was put.
+    pub(crate) fn was_asked(&self, id: &str) -> bool {
+        self.asked.iter().any(|prompt| prompt.id == id)
+    }
+
+    /// The cable of a gauge is pulled.
+    pub(crate) fn unplug(&mut self, channel: Channel) {
+        let reason = "unplugged".into();
+        self.link(channel, LinkState::Lost { reason });
+    }
+
+    /// It is put back, and has another name.
+    pub(crate) fn plug_in(&mut self, channel: Channel) {
+        let port = "/dev/ttyUSB3".into();
+        self.link(channel, LinkState::Connected { port });
+    }
+
+    fn link(&mut self, channel: Channel, state: LinkState) {
+        let at_s = self.bench.now_s;
+        self.input(Input::Gauge(GaugeEvent::Link {
+            channel,
+            state,
+            at_s,
+        }));
+    }
+
+    /// What a gauge sends is no value.
+    pub(crate) fn reject(&mut self, channel: Channel, raw: &str) {
+        let rejected = Rejected {
+            raw: raw.into(),
+            reason: "it is not a value".into(),
+            at_s: self.bench.now_s,
+        };
+        self.input(Input::Gauge(GaugeEvent::Rejected { channel, rejected }));
+    }
+
     /// Runs to the end, or to where it can be written no more.
     pub(crate) fn run(&mut self) -> Option<SessionEnd> {
         for _ in 0..MOST_TICKS {
@@ -733,6 +805,44 @@ impl Rig {
     pub(crate) fn journal_bytes(self) -> Vec<u8> {
         self.journal.into_store().bytes
     }
+}
+
+/// A session whose journal is cut at some places and taken up again: no reading that was kept is lost, none is taken twice.
+pub(crate) fn assert_cuts_lose_nothing(procedure: &Procedure, step: usize) {
+    let mut whole = Rig::start(procedure);
+    assert_eq!(whole.run(), Some(SessionEnd::Complete));
+    let expected = csv_without_times(whole.machine.state());
+    let snapshots = std::mem::take(&mut whole.snapshots);
+    let bytes = whole.journal_bytes();
+    for cut in (0..bytes.len()).step_by(step) {
+        let read = read_journal(&bytes[..cut]);
+        let acknowledged = SessionState::fold(&read.records).readings;
+        let Some(last) = read.records.len().checked_sub(1) else {
+            assert!(acknowledged.is_empty());
+            continue;
+        };
+        let mut rig = Rig::resume(procedure, &bytes[..cut], snapshots[last].clone());
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "cut at {cut}");
+        let state = rig.machine.state();
+        for (now, before) in state.readings.iter().zip(&acknowledged) {
+            assert_eq!(now.taken, before.taken, "cut at {cut}");
+        }
+        assert_eq!(csv_without_times(state), expected, "cut at {cut}");
+    }
+}
+
+/// While a gauge has a fault nothing is taken and it is said why; without it the session is completed.
+pub(crate) fn assert_held_up(mut rig: Rig, fault: Fault, said: &str) -> Rig {
+    let before = rig.machine.state().readings.len();
+    rig.bench.fault = Some(fault);
+    rig.wait(400);
+    assert_eq!(rig.machine.state().readings.len(), before, "{fault:?}");
+    let held_up = rig.machine.view().held_up;
+    let is_said = held_up.iter().any(|line| line.contains(said));
+    assert!(is_said, "{fault:?}: {held_up:?}");
+    rig.bench.fault = None;
+    assert_eq!(rig.run(), Some(SessionEnd::Complete), "{fault:?}");
+    rig
 }
 
 /// The records of a journal that has no fault.

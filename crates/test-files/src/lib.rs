@@ -68,6 +68,17 @@ pub fn text(path: &str) -> &'static str {
     read(&repository().join(path))
 }
 
+/// The first example of a language in a page, by the path of the page.
+///
+/// # Panics
+/// If the page has none.
+#[must_use]
+pub fn example(page: &str, language: &str) -> &'static str {
+    let begins = text(page).split_once(&format!("```{language}\n"));
+    let (_, rest) = begins.expect("the page has an example");
+    rest.split_once("```").expect("the example ends").0
+}
+
 /// Names of the shipped robots.
 pub fn shipped_robots() -> impl Iterator<Item = &'static str> {
     ROBOTS.iter().map(|file| file.name)

@@ -128,9 +128,7 @@ fn examples_of_the_command_line_are_effects() {
 
 #[test]
 fn the_example_of_a_model_is_one() {
-    let start = document().find("```toml\n").unwrap() + "```toml\n".len();
-    let text = &document()[start..];
-    let text = &text[..text.find("```").unwrap()];
+    let text = stiffbench_test_files::example("docs/physics.md", "toml");
     let model = ModelFile::parse(&SourceText::new("docs/physics.md", text)).unwrap();
     assert_eq!((model.effects.len(), model.alternatives.len()), (2, 1));
 }

@@ -531,70 +531,27 @@ mod tests {
             direction: y,
             toward,
         };
-        for (place, compact, expected) in [
+        #[rustfmt::skip]
+        let cases = [
             (Place::Joint("A3".into()), "A3", json!({"joint": "A3"})),
             (Place::Axis(Direction::X), "x", json!({"axis": "x"})),
             (Place::Direction(y), "y", json!({"direction": "y"})),
             (toward, "y>z", json!({"direction": "y", "toward": "z"})),
-            (
-                Place::Element("B1B2".into()),
-                "B1B2",
-                json!({"element": "B1B2"}),
-            ),
+            (Place::Element("B1B2".into()), "B1B2", json!({"element": "B1B2"})),
             (Place::ForceGauge, "force", json!({"gauge": "force"})),
-            (
-                Place::DisplacementGauge(None),
-                "displacement",
-                json!({"gauge": "displacement"}),
-            ),
-            (
-                Place::DisplacementGauge(Some(y)),
-                "displacement.y",
-                json!({"gauge": "displacement", "direction": "y"}),
-            ),
+            (Place::DisplacementGauge(None), "displacement", json!({"gauge": "displacement"})),
+            (Place::DisplacementGauge(Some(y)), "displacement.y", json!({"gauge": "displacement", "direction": "y"})),
             (Place::Structure, "structure", json!({"structure": true})),
             (Place::Clock(None), "clock", json!({"clock": true})),
-            (
-                Place::Clock(Some(y)),
-                "clock.y",
-                json!({"clock": true, "direction": "y"}),
-            ),
-            (
-                oblique,
-                "P3.low.(0,0.7071,0.7071).2.5/x",
-                json!({"run": {"pose": "P3.low", "direction": "(0,0.7071,0.7071)", "repeat": 2}, "step": 5, "direction": "x"}),
-            ),
-            (
-                run,
-                "P3.low.z.2.5",
-                json!({"run": {"pose": "P3.low", "direction": "z", "repeat": 2}, "step": 5}),
-            ),
-            (
-                Place::Length {
-                    body: "arm1".into(),
-                    entry: "nodes.N4.at.2".into(),
-                },
-                "arm1.nodes.N4.at.2",
-                json!({"body": "arm1", "entry": "nodes.N4.at.2"}),
-            ),
-            (
-                Place::JointAngle {
-                    joint: "A3".into(),
-                    pose: Some(PoseId::new("P2")),
-                },
-                "A3/P2",
-                json!({"joint": "A3", "pose": "P2"}),
-            ),
-            (
-                Place::Group {
-                    group: "link".into(),
-                    property: Some(Property::Iy),
-                },
-                "link.Iy",
-                json!({"group": "link", "property": "Iy"}),
-            ),
+            (Place::Clock(Some(y)), "clock.y", json!({"clock": true, "direction": "y"})),
+            (oblique, "P3.low.(0,0.7071,0.7071).2.5/x", json!({"run": {"pose": "P3.low", "direction": "(0,0.7071,0.7071)", "repeat": 2}, "step": 5, "direction": "x"})),
+            (run, "P3.low.z.2.5", json!({"run": {"pose": "P3.low", "direction": "z", "repeat": 2}, "step": 5})),
+            (Place::Length { body: "arm1".into(), entry: "nodes.N4.at.2".into() }, "arm1.nodes.N4.at.2", json!({"body": "arm1", "entry": "nodes.N4.at.2"})),
+            (Place::JointAngle { joint: "A3".into(), pose: Some(PoseId::new("P2")) }, "A3/P2", json!({"joint": "A3", "pose": "P2"})),
+            (Place::Group { group: "link".into(), property: Some(Property::Iy) }, "link.Iy", json!({"group": "link", "property": "Iy"})),
             (Place::Mechanism("B".into()), "B", json!({"mechanism": "B"})),
-        ] {
+        ];
+        for (place, compact, expected) in cases {
             assert_eq!(json!(place), expected);
             assert_eq!(Place::deserialize(&expected).unwrap(), place);
             assert_eq!(place.compact(), compact);

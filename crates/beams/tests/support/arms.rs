@@ -1,6 +1,5 @@
 //! Serial arms of rigid links with springs, made by code; those of `fixtures/virtual-joints`.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -10,23 +9,12 @@ use stiffbench_beams::robot::{
     MultiPosePredictor, NodePlace, Payload, Plane, PointMass, Pose, Predictor, RatedSection,
     RigidLink, Robot, RobotNode, SpringAxis, SpringDefault, Theory, Tool, Variable, Yielding,
 };
-use stiffbench_beams::structure::{Compliance6, Section, ShearCoefficients};
+use stiffbench_beams::structure::{Compliance6, Hinge, Section, ShearCoefficients};
+use stiffbench_numeric::vector::{along6, cross, subtract};
 use stiffbench_units_and_text::source_text::SourceText;
 
 use super::STEEL;
-
-pub(crate) type Row = BTreeMap<String, String>;
-
-/// Rows of a table of `fixtures/virtual-joints`.
-pub(crate) fn rows(file: &str) -> Vec<Row> {
-    let folder = stiffbench_test_files::repository().join("fixtures/virtual-joints");
-    let mut reader = csv::Reader::from_path(folder.join(file)).unwrap();
-    reader.deserialize().collect::<Result<_, _>>().unwrap()
-}
-
-pub(crate) fn number(row: &Row, key: &str) -> f64 {
-    row[key].parse().unwrap()
-}
+use super::rows::{Row, number, rows};
 
 pub(crate) fn vector(row: &Row, key: &str) -> [f64; 3] {
     ["x", "y", "z"].map(|axis| number(row, &format!("{key}_{axis}")))
@@ -292,6 +280,19 @@ pub(crate) fn arm(joints: &[ArmJoint], end: &ArmEnd) -> Robot {
     }
 }
 
+/// The six springs of the base or of the tool.
+fn six(end: &Row, key: &str) -> [SpringDefault; 6] {
+    SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))))
+}
+
+/// The pose that the joints of an arm stand in.
+fn standing<'a>(joints: impl IntoIterator<Item = &'a Row>) -> Pose {
+    let values = joints.into_iter().map(|row| number(row, "value"));
+    Pose {
+        angles_deg: values.collect(),
+    }
+}
+
 /// An arm of the fixtures with the pose it stands in.
 pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
     let joint = |row: &&Row| ArmJoint {
@@ -308,12 +309,11 @@ pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
         mass: Some((number(row, "mass"), vector(row, "centre"))),
         link: None,
     };
-    let six = |key: &str| SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))));
     let arm_end = ArmEnd {
         flange_m: vector(end, "flange"),
         tool_m: vector(end, "tool"),
-        base: six("base"),
-        tool: six("held"),
+        base: six(end, "base"),
+        tool: six(end, "held"),
         payload: Some(Payload {
             mass_kg: number(end, "payload"),
             at_m: vector(end, "payload"),
@@ -321,15 +321,15 @@ pub(crate) fn of_fixture(joints: &[&Row], end: &Row) -> (Robot, Pose) {
         link: None,
     };
     let joints_of_arm: Vec<ArmJoint> = joints.iter().map(joint).collect();
-    let pose = Pose {
-        angles_deg: joints.iter().map(|row| number(row, "value")).collect(),
-    };
-    (arm(&joints_of_arm, &arm_end), pose)
+    (
+        arm(&joints_of_arm, &arm_end),
+        standing(joints.iter().copied()),
+    )
 }
 
 /// The arms of the fixtures with beams, each with its pose.
 pub(crate) fn with_beams() -> Vec<(Robot, Pose)> {
-    let all = rows("mixed_arms.csv");
+    let all = rows("virtual-joints/mixed_arms.csv");
     let beam = |row: &Row| {
         let of = |key: &str| number(row, key);
         (of("A") > 0.0).then(|| ArmBeam {
@@ -358,20 +358,16 @@ pub(crate) fn with_beams() -> Vec<(Robot, Pose)> {
                 link: beam(row),
             }
         };
-        let six =
-            |key: &str| SpringAxis::ALL.map(|axis| spring(number(end, &format!("{key}_{axis}"))));
         let (flange, tool) = (vector(end, "at"), vector(end, "tool"));
         let arm_end = ArmEnd {
             flange_m: flange,
             tool_m: [0, 1, 2].map(|i| flange[i] + tool[i]),
-            base: six("base"),
-            tool: six("held"),
+            base: six(end, "base"),
+            tool: six(end, "held"),
             payload: None,
             link: beam(end),
         };
-        let pose = Pose {
-            angles_deg: joints.iter().map(|row| number(row, "value")).collect(),
-        };
+        let pose = standing(joints);
         let joints: Vec<ArmJoint> = joints.iter().map(joint).collect();
         (arm(&joints, &arm_end), pose)
     };
@@ -382,15 +378,124 @@ pub(crate) fn with_beams() -> Vec<(Robot, Pose)> {
 
 /// All arms of the fixtures, by number.
 pub(crate) fn all() -> Vec<(Robot, Pose)> {
-    let joints = rows("arms.csv");
-    let ends = rows("ends.csv");
+    let joints = rows("virtual-joints/arms.csv");
+    let ends = rows("virtual-joints/ends.csv");
     ends.iter()
         .map(|end| {
-            let own: Vec<&Row> = joints
-                .iter()
-                .filter(|row| row["arm"] == end["arm"])
-                .collect();
-            of_fixture(&own, end)
+            let own = joints.iter().filter(|row| row["arm"] == end["arm"]);
+            of_fixture(&own.collect::<Vec<_>>(), end)
         })
         .collect()
+}
+
+/// The arms of the fixtures with springs about their own axes alone, so that every spring is a variable of the pose.
+pub(crate) fn of_own_springs() -> Vec<(Robot, Pose)> {
+    let mut arms = all();
+    for (robot, _) in &mut arms {
+        for joint in &mut robot.joints {
+            joint.springs.about = Default::default();
+        }
+        robot.base = Default::default();
+        robot.tool.springs = Default::default();
+    }
+    arms
+}
+
+/// Where each joint of an arm stands, and its axis.
+pub(crate) fn hinges(predictor: &Predictor<'_>) -> Vec<([f64; 3], [f64; 3])> {
+    let structure = predictor.model().structure();
+    let members = &structure.rigid_members;
+    let hinge = |hinge: usize| {
+        let mut ends = members.iter().flat_map(|member| &member.ends);
+        let at = ends.find(|at| at.hinges.contains(&hinge)).unwrap();
+        (
+            structure.nodes[at.node].position_m,
+            structure.hinges[hinge].axis,
+        )
+    };
+    (0..structure.hinges.len()).map(hinge).collect()
+}
+
+/// How the end of an arm moves with each joint, from where joints and end stand.
+pub(crate) fn motions(predictor: &Predictor<'_>) -> Vec<[f64; 6]> {
+    let structure = predictor.model().structure();
+    let end_m = structure.nodes[structure.end.node].position_m;
+    let joints = hinges(predictor).into_iter().zip(&structure.hinges);
+    let motion = |((at_m, axis), hinge): (([f64; 3], [f64; 3]), &Hinge)| {
+        if hinge.slides {
+            return along6(axis);
+        }
+        let [x, y, z] = cross(axis, subtract(end_m, at_m));
+        [x, y, z, axis[0], axis[1], axis[2]]
+    };
+    joints.map(motion).collect()
+}
+
+/// By how much the torques of a pose change with each joint: differences over steps of 1e-3 rad or m. With Richardson's extrapolation
+/// the truncation is far below 1e-10.
+pub(crate) fn slopes(
+    robot: &Robot,
+    pose: &Pose,
+    torques: impl Fn(&Pose) -> Vec<f64>,
+) -> Vec<Vec<f64>> {
+    let slope = |joint: usize, step: f64| -> Vec<f64> {
+        let at = |step: f64| {
+            let mut moved = pose.clone();
+            moved.angles_deg[joint] += match robot.joints[joint].motion {
+                JointMotion::Turns => step.to_degrees(),
+                JointMotion::Slides => step,
+            };
+            torques(&moved)
+        };
+        let pairs = at(step).into_iter().zip(at(-step));
+        pairs.map(|(up, down)| (up - down) / (2.0 * step)).collect()
+    };
+    let of_joint = |joint: usize| {
+        let [wide, fine, finest] = [4e-3, 2e-3, 1e-3].map(|step| slope(joint, step));
+        let extrapolated = (0..wide.len()).map(|i| {
+            let first = (4.0 * fine[i] - wide[i]) / 3.0;
+            let second = (4.0 * finest[i] - fine[i]) / 3.0;
+            (16.0 * second - first) / 15.0
+        });
+        extrapolated.collect()
+    };
+    (0..robot.joints.len()).map(of_joint).collect()
+}
+
+/// The compliance of an arm whose torques have slopes: q = C (Jᵀ w + S q), solved by repetition, which converges where the springs are
+/// far stiffer than what has the slopes.
+pub(crate) fn by_repetition(predictor: &Predictor<'_>, slopes: &[Vec<f64>]) -> Compliance6 {
+    let motions = motions(predictor);
+    let hinges = predictor.model().structure().hinges.iter();
+    let compliances: Vec<f64> = hinges.map(|h| 1.0 / h.stiffness_nm_per_rad).collect();
+    let joints = 0..motions.len();
+    let mut found = Compliance6([[0.0; 6]; 6]);
+    for load in 0..6 {
+        let mut turned = vec![0.0; motions.len()];
+        for _ in 0..300 {
+            let turn = |i: usize| {
+                let more: f64 = joints.clone().map(|j| slopes[j][i] * turned[j]).sum();
+                compliances[i] * (motions[i][load] + more)
+            };
+            turned = joints.clone().map(turn).collect();
+        }
+        for row in 0..6 {
+            found.0[row][load] = joints.clone().map(|j| motions[j][row] * turned[j]).sum();
+        }
+    }
+    found
+}
+
+/// Largest difference of two compliances, by the diagonal of a third.
+pub(crate) fn largest_difference(a: &Compliance6, b: &Compliance6, of: &Compliance6) -> f64 {
+    let mut largest = 0.0_f64;
+    for i in 0..6 {
+        for j in 0..6 {
+            let scale = (of.0[i][i] * of.0[j][j]).sqrt();
+            if scale > 0.0 {
+                largest = largest.max((a.0[i][j] - b.0[i][j]).abs() / scale);
+            }
+        }
+    }
+    largest
 }

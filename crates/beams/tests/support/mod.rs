@@ -2,9 +2,11 @@
 
 pub(crate) mod arms;
 pub(crate) mod level_arm;
+pub(crate) mod robots;
+pub(crate) mod rows;
 
 use stiffbench_beams::structure::{
-    Attachment, Compliance6, Element, Hinge, Material, Node, Section, Solver, Structure,
+    Attachment, Compliance6, Element, Hinge, Material, Node, Section, Solver, Structure, Support,
 };
 
 /// Steel, Pa.
@@ -48,6 +50,34 @@ pub(crate) fn hinge(name: &str, axis: [f64; 3], stiffness_nm_per_rad: f64) -> Hi
     }
 }
 
+/// A support that holds some freedoms of a node: displacements first.
+pub(crate) fn held(node: usize, held: [bool; 6]) -> Support {
+    Support { node, held }
+}
+
+/// The side of a node behind a hinge.
+pub(crate) fn behind(node: usize, hinge: usize) -> Attachment {
+    Attachment {
+        node,
+        hinges: vec![hinge],
+    }
+}
+
+/// Beams of one section from node to node, clamped at the first, with the end at the last.
+pub(crate) fn chain(positions_m: &[[f64; 3]], toward_y: [f64; 3]) -> Structure {
+    let last = positions_m.len() - 1;
+    let nodes = positions_m.iter().enumerate();
+    Structure {
+        nodes: nodes.map(|(i, at)| node(&format!("N{i}"), *at)).collect(),
+        elements: (0..last)
+            .map(|i| beam([i, i + 1], toward_y, SECTION))
+            .collect(),
+        supports: vec![Support::clamped(0)],
+        end: last.into(),
+        ..Structure::default()
+    }
+}
+
 /// The solver of a structure, factorised.
 pub(crate) fn solver(structure: &Structure) -> Solver {
     let mut solver = Solver::new(structure).expect("indices of the test are right");
@@ -59,6 +89,14 @@ pub(crate) fn solver(structure: &Structure) -> Solver {
 
 pub(crate) fn compliance(structure: &Structure) -> Compliance6 {
     solver(structure).end_compliance()
+}
+
+/// A text in which « marks a place: without the mark, and line and column of the place.
+pub(crate) fn marked(text: &str) -> (String, (usize, usize)) {
+    let (before, behind) = text.split_once('«').expect("the text has a mark");
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap().chars().count() + 1;
+    (format!("{before}{behind}"), (line, column))
 }
 
 /// a · b for 3 × 3 matrices.

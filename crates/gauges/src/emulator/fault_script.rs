@@ -220,36 +220,20 @@ mod tests {
 
     #[test]
     fn impossible_entries_are_refused_with_their_place() {
-        for (entries, part) in [
+        #[rustfmt::skip]
+        let cases = [
             ("[[fault]]\nwhat = \"garbbage\"\n", "no fault garbbage"),
             ("[[fault]]\nwhat = \"unit\"\n", "the unit"),
-            (
-                "[[fault]]\nwhat = \"nul\"\npacket = 1\nreading = 1\n",
-                "more than one start time",
-            ),
+            ("[[fault]]\nwhat = \"nul\"\npacket = 1\nreading = 1\n", "more than one start time"),
             ("[[fault]]\nwhat = \"nul\"\npacket = 0\n", "from 1"),
-            (
-                "[[fault]]\nwhat = \"nul\"\nby_s = 1\n",
-                "by_s means nothing",
-            ),
-            (
-                "[[fault]]\nwhat = \"unplug\"\nfor_packets = 1\n",
-                "for_packets means nothing",
-            ),
-            (
-                "[[fault]]\nwhat = \"nul\"\nfor_s = -1\n",
-                "for_s is not a time",
-            ),
-            (
-                "[[fault]]\nwhat = \"garbage\"\nbytes = \"xy\"\n",
-                "not hexadecimal",
-            ),
+            ("[[fault]]\nwhat = \"nul\"\nby_s = 1\n", "by_s means nothing"),
+            ("[[fault]]\nwhat = \"unplug\"\nfor_packets = 1\n", "for_packets means nothing"),
+            ("[[fault]]\nwhat = \"nul\"\nfor_s = -1\n", "for_s is not a time"),
+            ("[[fault]]\nwhat = \"garbage\"\nbytes = \"xy\"\n", "not hexadecimal"),
             ("[[fault]]\nwhat = \"nul\"\nwhen = 3\n", "line 4"),
-            (
-                "[[fault]]\nwhat = \"nul\"\nfor_s = 1\nfor_packets = 1\n",
-                "a time and",
-            ),
-        ] {
+            ("[[fault]]\nwhat = \"nul\"\nfor_s = 1\nfor_packets = 1\n", "a time and"),
+        ];
+        for (entries, part) in cases {
             let error = parse(entries).unwrap_err().to_string();
             assert!(error.contains(part), "{entries}: {error}");
         }

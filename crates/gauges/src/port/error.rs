@@ -175,56 +175,17 @@ mod tests {
 
     #[test]
     fn errors_of_the_serial_library_are_distinguished() {
+        #[rustfmt::skip]
         let cases = [
-            (
-                ErrorKind::NoDevice,
-                "Unable to acquire exclusive lock on serial port",
-                true,
-                Refusal::Busy,
-            ),
-            (
-                ErrorKind::NoDevice,
-                "Device or resource busy",
-                true,
-                Refusal::Busy,
-            ),
-            (
-                ErrorKind::NoDevice,
-                "No such file or directory",
-                false,
-                Refusal::Absent,
-            ),
-            (
-                ErrorKind::Io(Io::NotFound),
-                "No such file or directory",
-                false,
-                Refusal::Absent,
-            ),
-            (
-                ErrorKind::Io(Io::PermissionDenied),
-                "Permission denied",
-                true,
-                Refusal::NotAllowed,
-            ),
-            (
-                ErrorKind::Unknown,
-                "No such device or address",
-                true,
-                Refusal::Absent,
-            ),
-            (
-                ErrorKind::Unknown,
-                "Not a typewriter",
-                true,
-                Refusal::NoLine,
-            ),
+            (ErrorKind::NoDevice, "Unable to acquire exclusive lock on serial port", true, Refusal::Busy),
+            (ErrorKind::NoDevice, "Device or resource busy", true, Refusal::Busy),
+            (ErrorKind::NoDevice, "No such file or directory", false, Refusal::Absent),
+            (ErrorKind::Io(Io::NotFound), "No such file or directory", false, Refusal::Absent),
+            (ErrorKind::Io(Io::PermissionDenied), "Permission denied", true, Refusal::NotAllowed),
+            (ErrorKind::Unknown, "No such device or address", true, Refusal::Absent),
+            (ErrorKind::Unknown, "Not a typewriter", true, Refusal::NoLine),
             (ErrorKind::Unknown, "I/O error", true, Refusal::NoLine),
-            (
-                ErrorKind::Unknown,
-                "Settings did not apply correctly",
-                true,
-                Refusal::Settings,
-            ),
+            (ErrorKind::Unknown, "Settings did not apply correctly", true, Refusal::Settings),
         ];
         for (kind, text, exists, expected) in cases {
             assert_eq!(

@@ -22,14 +22,10 @@ fn a_cable_that_is_pulled_and_put_back_is_a_line_lost_and_found() {
     let mut gauges = one(&desk);
     until(&mut gauges, is_sample);
     drop(device);
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| {
-            matches!(state, LinkState::Reconnecting { attempt: 3 })
-        })
+    let events = until_link(&mut gauges, |state| {
+        matches!(state, LinkState::Reconnecting { attempt: 3 })
     });
-    let lost = events
-        .iter()
-        .filter(|event| is_link(event, |state| matches!(state, LinkState::Lost { .. })));
+    let lost = events.iter().filter(|event| is_link(event, is_lost));
     assert_eq!(lost.count(), 1, "it is said once: {events:#?}");
     let _device = Device::counting(&desk.name("force"), "trial 1", "N");
     let events = until(&mut gauges, is_sample);
@@ -43,22 +39,12 @@ fn another_gauge_on_the_same_name_is_refused_and_the_right_one_taken() {
     let mut gauges = one(&desk);
     until(&mut gauges, is_sample);
     drop(device);
-    until(&mut gauges, |event| {
-        is_link(event, |state| matches!(state, LinkState::Lost { .. }))
-    });
+    until_link(&mut gauges, is_lost);
     let other = Device::counting(&desk.name("force"), "trial 2", "N");
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| {
-            matches!(state, LinkState::WrongDevice { .. })
-        })
+    let events = until_link(&mut gauges, |state| {
+        matches!(state, LinkState::WrongDevice { .. })
     });
-    let Some(GaugeEvent::Link {
-        state: LinkState::WrongDevice { reason },
-        ..
-    }) = events.last()
-    else {
-        unreachable!()
-    };
+    let reason = reason_of(events.last());
     assert!(
         reason.contains("trial 1") && reason.contains("trial 2"),
         "{reason}"
@@ -86,22 +72,12 @@ fn retries_for_an_absent_gauge_are_bounded() {
         retry_policy,
     )
     .unwrap();
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| *state == LinkState::GivenUp)
-    });
-    let tries = events.iter().filter(|event| {
-        is_link(event, |state| {
-            matches!(state, LinkState::Reconnecting { .. })
-        })
-    });
+    let events = until_link(&mut gauges, |state| *state == LinkState::GivenUp);
+    let tries = events
+        .iter()
+        .filter(|event| is_link(event, is_reconnecting));
     assert_eq!(tries.count(), 3);
-    let Some(GaugeEvent::Link {
-        state: LinkState::Lost { reason },
-        ..
-    }) = events.first()
-    else {
-        panic!("{events:#?}")
-    };
+    let reason = reason_of(events.first());
     assert!(
         reason.contains("does not exist") && reason.contains("stiffbench gauge ports"),
         "{reason}"
@@ -129,16 +105,8 @@ fn a_port_that_another_program_has_is_busy() {
         .open_native()
         .unwrap();
     let mut gauges = one(&desk);
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| matches!(state, LinkState::Lost { .. }))
-    });
-    let Some(GaugeEvent::Link {
-        state: LinkState::Lost { reason },
-        ..
-    }) = events.last()
-    else {
-        unreachable!()
-    };
+    let events = until_link(&mut gauges, is_lost);
+    let reason = reason_of(events.last());
     assert!(reason.contains("in use"), "{reason}");
     drop(other);
     until(&mut gauges, is_sample);
@@ -165,9 +133,7 @@ fn silence_and_return_of_a_gauge_are_both_reported() {
     let mut gauges = start(vec![gauge(description, &desk.path("force"))]);
     until(&mut gauges, is_sample);
     asleep.store(true, Ordering::Relaxed);
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| *state == LinkState::Silent)
-    });
+    let events = until_link(&mut gauges, |state| *state == LinkState::Silent);
     let notes = events
         .iter()
         .filter(|event| matches!(event, GaugeEvent::Note { .. }));
@@ -231,15 +197,11 @@ fn a_busy_port_is_reported_once() {
         .open_native()
         .unwrap();
     let mut gauges = one(&desk);
-    let events = until(&mut gauges, |event| {
-        is_link(event, |state| {
-            matches!(state, LinkState::Reconnecting { attempt: 10 })
-        })
+    let events = until_link(&mut gauges, |state| {
+        matches!(state, LinkState::Reconnecting { attempt: 10 })
     });
-    let told = events.iter().filter(|event| {
-        !is_link(event, |state| {
-            matches!(state, LinkState::Reconnecting { .. })
-        })
-    });
+    let told = events
+        .iter()
+        .filter(|event| !is_link(event, is_reconnecting));
     assert_eq!(told.count(), 1, "{events:#?}");
 }

@@ -152,6 +152,30 @@ fn is_link(event: &GaugeEvent, wanted: impl FnOnce(&LinkState) -> bool) -> bool 
     matches!(event, GaugeEvent::Link { state, .. } if wanted(state))
 }
 
+/// Takes events until the line is in a state; all of them.
+fn until_link(gauges: &mut LiveGauges, wanted: impl Fn(&LinkState) -> bool) -> Vec<GaugeEvent> {
+    until(gauges, |event| is_link(event, &wanted))
+}
+
+fn is_lost(state: &LinkState) -> bool {
+    matches!(state, LinkState::Lost { .. })
+}
+
+fn is_reconnecting(state: &LinkState) -> bool {
+    matches!(state, LinkState::Reconnecting { .. })
+}
+
+/// Why a line is lost, or another device's.
+fn reason_of(event: Option<&GaugeEvent>) -> &str {
+    match event {
+        Some(GaugeEvent::Link {
+            state: LinkState::Lost { reason } | LinkState::WrongDevice { reason },
+            ..
+        }) => reason,
+        other => panic!("{other:?} has no reason"),
+    }
+}
+
 fn is_connected(event: &GaugeEvent) -> bool {
     is_link(event, |state| matches!(state, LinkState::Connected { .. }))
 }

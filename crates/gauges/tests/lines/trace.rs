@@ -65,9 +65,7 @@ fn lived(speed: f64) -> (Vec<Sample>, Vec<u8>) {
         values == 50
     });
     drop(device);
-    events.extend(until(&mut gauges, |event| {
-        is_link(event, |state| matches!(state, LinkState::Lost { .. }))
-    }));
+    events.extend(until_link(&mut gauges, is_lost));
     let _device = Device::counting(&desk.name("force"), "trial 1", "N");
     events.extend(until(&mut gauges, is_sample));
     // What has come by now and was not looked at is in the trace too.
@@ -145,15 +143,9 @@ fn a_trace_without_marks_is_decoded_by_its_bytes_alone() {
     );
 }
 
-/// The first block of a kind in a document.
-fn block<'a>(document: &'a str, kind: &str) -> &'a str {
-    let (_, rest) = document.split_once(&format!("```{kind}\n")).unwrap();
-    rest.split_once("```").unwrap().0
-}
-
 #[test]
 fn the_documented_example_is_a_trace() {
-    let text = block(stiffbench_test_files::text("docs/trace-file.md"), "text");
+    let text = stiffbench_test_files::example("docs/trace-file.md", "text");
     let trace = GaugeTrace::parse(text.as_bytes(), "docs/trace-file.md").unwrap();
     assert!(
         trace.complete && trace.damage.is_empty(),
@@ -170,7 +162,7 @@ fn the_documented_example_is_a_trace() {
 
 #[test]
 fn the_documented_bindings_are_bindings() {
-    let text = block(stiffbench_test_files::text("docs/bindings-file.md"), "toml");
+    let text = stiffbench_test_files::example("docs/bindings-file.md", "toml");
     let source =
         stiffbench_units_and_text::source_text::SourceText::new("docs/bindings-file.md", text);
     let (bindings, warnings) = stiffbench_gauges::port::Bindings::parse(&source).unwrap();

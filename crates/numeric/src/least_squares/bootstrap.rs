@@ -336,32 +336,26 @@ mod tests {
     #[test]
     fn each_mistake_has_its_own_error() {
         let settings = BootstrapSettings::default();
+        let refit = |m: &[u32], (): &mut ()| Ok::<_, Infallible>(mean_of(m));
+        let one = cluster_bootstrap(&[5, 1], &[0.0], &settings, || (), refit);
         assert!(matches!(
-            cluster_bootstrap(
-                &[5, 1],
-                &[0.0],
-                &settings,
-                || (),
-                |m, ()| Ok::<_, Infallible>(mean_of(m))
-            ),
+            one,
             Err(LeastSquaresError::TooFewClusters { clusters: 1 })
         ));
         let few = bootstrap_of_the_mean(38);
+        let refused = |place, coverage| few.percentile_interval(place, coverage).unwrap_err();
+        let too_few = LeastSquaresError::TooFewReplicates {
+            succeeded: 38,
+            requested: 38,
+            needed: 39,
+        };
+        assert_eq!(refused(0, 0.95).to_string(), too_few.to_string());
+        let unknown = LeastSquaresError::UnknownParameter { index: 1, count: 1 };
+        assert_eq!(refused(1, 0.95).to_string(), unknown.to_string());
+        let error = refused(0, 1.0);
         assert!(matches!(
-            few.percentile_interval(0, 0.95),
-            Err(LeastSquaresError::TooFewReplicates {
-                succeeded: 38,
-                requested: 38,
-                needed: 39
-            })
-        ));
-        assert!(matches!(
-            few.percentile_interval(1, 0.95),
-            Err(LeastSquaresError::UnknownParameter { index: 1, count: 1 })
-        ));
-        assert!(matches!(
-            few.percentile_interval(0, 1.0),
-            Err(LeastSquaresError::CoverageNotAProbability { .. })
+            error,
+            LeastSquaresError::CoverageNotAProbability { .. }
         ));
         assert_eq!(few.standard_error(1), None);
     }

@@ -82,28 +82,14 @@ pub fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::least_squares::{EvaluationFailure, JacobianView, Parameter};
+    use crate::least_squares::Parameter;
+    use crate::least_squares::rows::{Row, Rows};
 
     /// r = (p² - 1, (p - 1)/20): wells at 1 and near -1, the first lower.
-    struct TwoWells;
-
-    impl ResidualFunction for TwoWells {
-        fn residual_count(&self) -> usize {
-            2
-        }
-
-        fn evaluate(
-            &mut self,
-            p: &[f64],
-            residuals: &mut [f64],
-            jacobian: Option<&mut JacobianView<'_>>,
-        ) -> Result<(), EvaluationFailure> {
-            residuals.copy_from_slice(&[p[0] * p[0] - 1.0, (p[0] - 1.0) / 20.0]);
-            if let Some(jacobian) = jacobian {
-                jacobian.set(0, 0, 2.0 * p[0]);
-                jacobian.set(1, 0, 1.0 / 20.0);
-            }
-            Ok(())
+    fn two_wells(p: &[f64], i: usize) -> Row {
+        match i {
+            0 => (p[0] * p[0] - 1.0, vec![2.0 * p[0]]),
+            _ => ((p[0] - 1.0) / 20.0, vec![1.0 / 20.0]),
         }
     }
 
@@ -112,7 +98,8 @@ mod tests {
         for start in [-1.5, 1.5] {
             let set = ParameterSet::new(vec![Parameter::free("p", start, -3.0, 3.0)]).unwrap();
             let settings = LeastSquaresSettings::default();
-            let found = minima(&mut TwoWells, &set, spread(&set).take(16), &settings).unwrap();
+            let mut wells = Rows(2, two_wells);
+            let found = minima(&mut wells, &set, spread(&set).take(16), &settings).unwrap();
             let at: Vec<f64> = found.iter().map(|fit| fit.free_values[0]).collect();
             assert_eq!(at.len(), 2, "{at:?}");
             // The slope of the second residual moves its well: 4p(p² - 1) + (p - 1)/200 = 0 near -1 at -1 + 1/800.

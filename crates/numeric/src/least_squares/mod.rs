@@ -40,6 +40,8 @@ mod parameter;
 mod point;
 mod profile;
 mod residual_function;
+#[cfg(test)]
+mod rows;
 mod search;
 mod singular_values;
 mod trust_region;

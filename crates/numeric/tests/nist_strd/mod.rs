@@ -52,6 +52,13 @@ impl Nist {
         }
     }
 
+    /// A residual at a point, with its derivatives.
+    fn residual(&self, i: usize, b: &[f64], derivatives: &mut [f64; 9]) -> f64 {
+        let (y, x) = self.certified.observations[i];
+        let response = if self.name == "Nelson" { y.ln() } else { y };
+        (self.model)(x, b, derivatives) - response
+    }
+
     fn solve(&mut self, start: usize) -> (LeastSquaresFit, ParameterCovariance) {
         let set = unbounded(&self.certified.starts[start]);
         solve(self, &set)
@@ -70,9 +77,8 @@ impl ResidualFunction for Nist {
         mut jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
         let mut derivatives = [0.0; 9];
-        for (i, &(y, x)) in self.certified.observations.iter().enumerate() {
-            let response = if self.name == "Nelson" { y.ln() } else { y };
-            residuals[i] = (self.model)(x, b, &mut derivatives) - response;
+        for (i, residual) in residuals.iter_mut().enumerate() {
+            *residual = self.residual(i, b, &mut derivatives);
             if let Some(jacobian) = jacobian.as_deref_mut() {
                 for (j, &derivative) in derivatives[..b.len()].iter().enumerate() {
                     jacobian.set(i, j, derivative);
@@ -335,17 +341,14 @@ struct Theirs {
 
 impl Theirs {
     fn evaluated(&self) -> (DVector<f64>, DMatrix<f64>) {
-        let observations = &self.ours.certified.observations;
-        let mut residuals = DVector::zeros(observations.len());
-        let mut jacobian = DMatrix::zeros(observations.len(), self.point.len());
+        let count = self.ours.residual_count();
+        let mut residuals = DVector::zeros(count);
+        let mut jacobian = DMatrix::zeros(count, self.point.len());
         let mut derivatives = [0.0; 9];
-        for (i, &(y, x)) in observations.iter().enumerate() {
-            let response = if self.ours.name == "Nelson" {
-                y.ln()
-            } else {
-                y
-            };
-            residuals[i] = (self.ours.model)(x, self.point.as_slice(), &mut derivatives) - response;
+        for i in 0..count {
+            residuals[i] = self
+                .ours
+                .residual(i, self.point.as_slice(), &mut derivatives);
             for j in 0..self.point.len() {
                 jacobian[(i, j)] = derivatives[j];
             }

@@ -182,16 +182,15 @@ impl Together<'_> {
     }
 }
 
-fn expected(structure: &Structure) -> Compliance6 {
+fn solver(structure: &Structure) -> Solver {
     let mut solver = Solver::new(structure).unwrap();
     solver.update(structure).unwrap();
-    solver.end_compliance()
+    solver
 }
 
 /// Asserts that derivatives of the elements with even and with odd numbers are those of the general solver.
 fn assert_derivatives(structure: &Structure, found: &[[[f64; 4]; 3]; 2]) {
-    let mut solver = Solver::new(structure).unwrap();
-    solver.update(structure).unwrap();
+    let mut solver = solver(structure);
     let compliance = solver.end_compliance();
     let mut of_elements = vec![[0.0; 4]; structure.elements.len()];
     for axis in 0..3 {
@@ -219,74 +218,55 @@ fn assert_agree(found: &[Option<Compliance6>], structures: &[Structure]) {
     };
     assert_eq!(found.len(), structures.len());
     for (found, structure) in found.iter().zip(structures) {
-        let difference = found.unwrap().relative_difference(&expected(structure));
+        let difference = found
+            .unwrap()
+            .relative_difference(&solver(structure).end_compliance());
         assert!(difference < bound, "{difference:e}");
     }
 }
 
 const PATHS: [SolutionPath; 2] = [SolutionPath::Fastest, SolutionPath::Spatial];
 
-#[test]
-fn every_instruction_set_and_both_ways_agree_with_the_general_solver() {
+/// Structures as they lean more and more; eleven of them fill no register evenly.
+fn leaning(count: usize, structure: impl Fn(f64) -> Structure) -> Vec<Structure> {
+    (0..count).map(|i| structure(0.03 * i as f64)).collect()
+}
+
+/// On every instruction set, both ways.
+fn assert_all_agree(structures: &[Structure], planes: &[usize], hinge_planes: &[usize]) {
     for instructions in InstructionSet::all() {
         for path in PATHS {
-            for shear in [None, Some(SHEAR)] {
-                // Eleven poses fill no register evenly.
-                let structures: Vec<Structure> = (0..11)
-                    .map(|i| square(0.03 * f64::from(i), shear))
-                    .collect();
-                let planes = vec![0; structures[0].elements.len()];
-                let together = Together {
-                    structures: &structures,
-                    planes: &planes,
-                    hinge_planes: &[],
-                    path,
-                };
-                assert_agree(&together.on(instructions), &structures);
-            }
-            let (structures, planes): (Vec<Structure>, Vec<Vec<usize>>) = (0..5)
-                .map(|i| with_an_arm_across(0.03 * f64::from(i)))
-                .unzip();
             let together = Together {
-                structures: &structures,
-                planes: &planes[0],
-                hinge_planes: &[],
+                structures,
+                planes,
+                hinge_planes,
                 path,
             };
-            assert_agree(&together.on(instructions), &structures);
+            assert_agree(&together.on(instructions), structures);
         }
     }
 }
 
 #[test]
-fn joints_that_yield_agree_with_the_general_solver() {
-    for instructions in InstructionSet::all() {
-        for path in PATHS {
-            let leans = (0..11).map(|i| 0.03 * f64::from(i));
-            let structures: Vec<Structure> = leans.clone().map(with_yielding_joints).collect();
-            let together = Together {
-                structures: &structures,
-                planes: &[0; 10],
-                hinge_planes: &[0; 4],
-                path,
-            };
-            assert_agree(&together.on(instructions), &structures);
-            // One whose axis lies in the plane of its neighbours: that part is solved in space.
-            let across = leans.map(|lean| {
-                let (mut structure, _) = with_an_arm_across(lean);
-                add_hinge(&mut structure, 1, 1e4, &[(6, 0)]);
-                structure
-            });
-            let structures: Vec<Structure> = across.collect();
-            let together = Together {
-                structures: &structures,
-                planes: &with_an_arm_across(0.0).1,
-                hinge_planes: &[1],
-                path,
-            };
-            assert_agree(&together.on(instructions), &structures);
-        }
+fn every_instruction_set_and_both_ways_agree_with_the_general_solver() {
+    for shear in [None, Some(SHEAR)] {
+        assert_all_agree(&leaning(11, |lean| square(lean, shear)), &[0; 10], &[]);
     }
+    let across = leaning(5, |lean| with_an_arm_across(lean).0);
+    assert_all_agree(&across, &with_an_arm_across(0.0).1, &[]);
+}
+
+#[test]
+fn joints_that_yield_agree_with_the_general_solver() {
+    assert_all_agree(&leaning(11, with_yielding_joints), &[0; 10], &[0; 4]);
+    // One whose axis lies in the plane of its neighbours: that part is solved in space.
+    let (_, planes) = with_an_arm_across(0.0);
+    let across = leaning(11, |lean| {
+        let (mut structure, _) = with_an_arm_across(lean);
+        add_hinge(&mut structure, 1, 1e4, &[(6, 0)]);
+        structure
+    });
+    assert_all_agree(&across, &planes, &[1]);
 }
 
 /// The square with joints between several elements on either side: at a corner, two in series at another, on the way to the end.
@@ -315,27 +295,13 @@ fn with_joints_between_many(lean: f64, across: bool) -> Structure {
 
 #[test]
 fn joints_between_several_elements_agree_with_the_general_solver() {
-    for instructions in InstructionSet::all() {
-        for path in PATHS {
-            for across in [false, true] {
-                let leans = (0..11).map(|i| 0.03 * f64::from(i));
-                let structures: Vec<Structure> = leans
-                    .map(|lean| with_joints_between_many(lean, across))
-                    .collect();
-                let hinges = structures[0].hinges.len();
-                let mut hinge_planes = vec![0; hinges];
-                for (plane, hinge) in hinge_planes.iter_mut().zip(&structures[0].hinges) {
-                    *plane = usize::from(hinge.axis != NORMALS[0]);
-                }
-                let together = Together {
-                    structures: &structures,
-                    planes: &[0; 10],
-                    hinge_planes: &hinge_planes,
-                    path,
-                };
-                assert_agree(&together.on(instructions), &structures);
-            }
-        }
+    for across in [false, true] {
+        let structures = leaning(11, |lean| with_joints_between_many(lean, across));
+        let hinges = structures[0].hinges.iter();
+        let hinge_planes: Vec<usize> = hinges
+            .map(|hinge| usize::from(hinge.axis != NORMALS[0]))
+            .collect();
+        assert_all_agree(&structures, &[0; 10], &hinge_planes);
     }
 }
 

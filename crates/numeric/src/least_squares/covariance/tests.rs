@@ -1,38 +1,8 @@
 //! Covariances with known answers and every status.
 
 use super::*;
-use crate::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ResidualFunction, minimise,
-};
-
-/// Residuals A p − y.
-struct Linear {
-    rows: Vec<Vec<f64>>,
-    y: Vec<f64>,
-}
-
-impl ResidualFunction for Linear {
-    fn residual_count(&self) -> usize {
-        self.y.len()
-    }
-
-    fn evaluate(
-        &mut self,
-        p: &[f64],
-        residuals: &mut [f64],
-        mut jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        for (i, row) in self.rows.iter().enumerate() {
-            residuals[i] = row.iter().zip(p).map(|(a, p)| a * p).sum::<f64>() - self.y[i];
-            if let Some(jacobian) = jacobian.as_deref_mut() {
-                for (j, a) in row.iter().enumerate() {
-                    jacobian.set(i, j, *a);
-                }
-            }
-        }
-        Ok(())
-    }
-}
+use crate::least_squares::rows::{Rows, unbounded};
+use crate::least_squares::{LeastSquaresSettings, Parameter, minimise};
 
 fn described(
     rows: &[&[f64]],
@@ -40,10 +10,10 @@ fn described(
     parameters: Vec<Parameter>,
     mode: SigmaMode,
 ) -> Result<ParameterCovariance, LeastSquaresError> {
-    let mut problem = Linear {
-        rows: rows.iter().map(|row| row.to_vec()).collect(),
-        y: y.to_vec(),
-    };
+    let mut problem = Rows(y.len(), |p: &[f64], i: usize| {
+        let modelled: f64 = rows[i].iter().zip(p).map(|(a, p)| a * p).sum();
+        (modelled - y[i], rows[i].to_vec())
+    });
     let set = ParameterSet::new(parameters)?;
     let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
     covariance(&set, &fit, mode, &CovarianceSettings::default())
@@ -53,10 +23,7 @@ const LINE: [&[f64]; 4] = [&[1.0, 0.0], &[1.0, 1.0], &[1.0, 2.0], &[1.0, 3.0]];
 const Y: [f64; 4] = [1.0, 3.0, 4.0, 8.0];
 
 fn a_and_b() -> Vec<Parameter> {
-    vec![
-        Parameter::unbounded("a", 0.0),
-        Parameter::unbounded("b", 0.0),
-    ]
+    unbounded([("a", 0.0), ("b", 0.0)])
 }
 
 fn close(found: Option<f64>, expected: f64) {

@@ -1,49 +1,39 @@
 //! Sets of one part and of two, and how often a set of two wells holds the truth.
 
 use super::*;
+use crate::least_squares::rows::{Row, Rows};
 use crate::least_squares::{
     CovarianceSettings, LeastSquaresSettings, Parameter, covariance, minima,
 };
 
 /// p² and c p measured, each with standard deviation σ: wells near the roots of the first, the second states which.
-#[derive(Clone)]
 struct Square {
     measured: [f64; 2],
     sigma: f64,
     c: f64,
 }
 
-impl ResidualFunction for Square {
-    fn residual_count(&self) -> usize {
-        2
-    }
-
-    fn evaluate(
-        &mut self,
-        p: &[f64],
-        residuals: &mut [f64],
-        jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        let p = p[0];
-        residuals[0] = (p * p - self.measured[0]) / self.sigma;
-        residuals[1] = (self.c * p - self.measured[1]) / self.sigma;
-        if let Some(jacobian) = jacobian {
-            jacobian.set(0, 0, 2.0 * p / self.sigma);
-            jacobian.set(1, 0, self.c / self.sigma);
-        }
-        Ok(())
-    }
-}
-
 impl Square {
+    /// The residuals of both.
+    fn rows(&self) -> Rows<impl Clone + FnMut(&[f64], usize) -> Row> {
+        let Self { measured, sigma, c } = *self;
+        Rows(2, move |p: &[f64], i| match i {
+            0 => (
+                (p[0] * p[0] - measured[0]) / sigma,
+                vec![2.0 * p[0] / sigma],
+            ),
+            _ => ((c * p[0] - measured[1]) / sigma, vec![c / sigma]),
+        })
+    }
+
     fn set(&self, draws: usize) -> LikelihoodSet {
         let set = ParameterSet::new(vec![Parameter::free("p", 0.5, -3.0, 3.0)]).unwrap();
         let refits = LeastSquaresSettings::for_refits();
-        let minima = minima(&mut self.clone(), &set, spread(&set).take(8), &refits).unwrap();
+        let minima = minima(&mut self.rows(), &set, spread(&set).take(8), &refits).unwrap();
         let (mode, settings) = (SigmaMode::Known, CovarianceSettings::default());
         let covariance = covariance(&set, &minima[0], mode, &settings).unwrap();
         let likelihood = Likelihood {
-            again: || Some(self.clone()),
+            again: || Some(self.rows()),
             set: &set,
             minima: &minima,
             covariance: &covariance,
@@ -52,7 +42,7 @@ impl Square {
                 ..LikelihoodSetSettings::default()
             },
         };
-        likelihood.of(&mut self.clone(), 0).unwrap()
+        likelihood.of(&mut self.rows(), 0).unwrap()
     }
 
     fn chi2(&self, p: f64) -> f64 {

@@ -3,48 +3,25 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::least_squares::rows::{Row, Rows, unbounded};
 use crate::least_squares::singular_values::dot;
 use crate::least_squares::{JacobianView, Parameter};
-
-type Row = (f64, Vec<f64>);
-
-/// A problem given as (residual, gradient) for each index.
-struct Problem<F> {
-    count: usize,
-    row: F,
-}
-
-impl<F: FnMut(&[f64], usize) -> Row> ResidualFunction for Problem<F> {
-    fn residual_count(&self) -> usize {
-        self.count
-    }
-
-    fn evaluate(
-        &mut self,
-        p: &[f64],
-        residuals: &mut [f64],
-        mut jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        for (i, residual) in residuals.iter_mut().enumerate() {
-            let (value, gradient) = (self.row)(p, i);
-            *residual = value;
-            if let Some(jacobian) = jacobian.as_deref_mut() {
-                for (j, derivative) in gradient.into_iter().enumerate() {
-                    jacobian.set(i, j, derivative);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn label(&self, residual: usize) -> String {
-        format!("load step {residual}")
-    }
-}
 
 fn fitted(problem: &mut dyn ResidualFunction, parameters: Vec<Parameter>) -> LeastSquaresFit {
     let set = ParameterSet::new(parameters).unwrap();
     minimise(problem, &set, &LeastSquaresSettings::default()).unwrap()
+}
+
+/// Why a fit has no value where it starts.
+fn fault_at_the_start(
+    problem: &mut dyn ResidualFunction,
+    parameters: Vec<Parameter>,
+) -> EvaluationFailure {
+    let set = ParameterSet::new(parameters).unwrap();
+    match minimise(problem, &set, &LeastSquaresSettings::default()) {
+        Err(LeastSquaresError::StartHasNoValue { source }) => source,
+        other => panic!("{other:?}"),
+    }
 }
 
 /// y = a + b x through (0, 1), (1, 3), (2, 4), (3, 8): a = 0.7, b = 2.2 by hand.
@@ -53,10 +30,7 @@ fn line(p: &[f64], i: usize) -> Row {
     (p[0] + p[1] * x - [1.0, 3.0, 4.0, 8.0][i], vec![1.0, x])
 }
 
-const LINE: Problem<fn(&[f64], usize) -> Row> = Problem {
-    count: 4,
-    row: line,
-};
+const LINE: Rows<fn(&[f64], usize) -> Row> = Rows(4, line);
 
 /// Rosenbrock's valley, minimum (1, 1), in its usual two residuals.
 fn rosenbrock(p: &[f64], i: usize) -> Row {
@@ -66,20 +40,11 @@ fn rosenbrock(p: &[f64], i: usize) -> Row {
     }
 }
 
-const ROSENBROCK: Problem<fn(&[f64], usize) -> Row> = Problem {
-    count: 2,
-    row: rosenbrock,
-};
+const ROSENBROCK: Rows<fn(&[f64], usize) -> Row> = Rows(2, rosenbrock);
 
 #[test]
 fn a_line_by_hand() {
-    let fit = fitted(
-        &mut { LINE },
-        vec![
-            Parameter::unbounded("a", 0.0),
-            Parameter::unbounded("b", 0.0),
-        ],
-    );
+    let fit = fitted(&mut { LINE }, unbounded([("a", 0.0), ("b", 0.0)]));
     assert!(
         (fit.values[0] - 0.7).abs() < 1e-14 && (fit.values[1] - 2.2).abs() < 1e-14,
         "{:?}",
@@ -96,13 +61,7 @@ fn a_line_by_hand() {
 
 #[test]
 fn the_valley_of_rosenbrock_down_to_zero() {
-    let fit = fitted(
-        &mut { ROSENBROCK },
-        vec![
-            Parameter::unbounded("x", -1.2),
-            Parameter::unbounded("y", 1.0),
-        ],
-    );
+    let fit = fitted(&mut { ROSENBROCK }, unbounded([("x", -1.2), ("y", 1.0)]));
     assert!(fit.termination.is_converged());
     assert!((fit.values[0] - 1.0).abs() < 1e-12 && (fit.values[1] - 1.0).abs() < 1e-12);
 }
@@ -185,66 +144,35 @@ fn a_tied_parameter_moves_with_the_one_it_is_tied_to() {
 
 #[test]
 fn a_parameter_without_effect_does_not_move() {
-    let mut problem = Problem {
-        count: 3,
-        row: |p: &[f64], i| (p[0] - i as f64, vec![1.0, 0.0]),
-    };
-    let fit = fitted(
-        &mut problem,
-        vec![
-            Parameter::unbounded("mean", 9.0),
-            Parameter::unbounded("idle", 3.25),
-        ],
-    );
+    let mut problem = Rows(3, |p: &[f64], i| (p[0] - i as f64, vec![1.0, 0.0]));
+    let fit = fitted(&mut problem, unbounded([("mean", 9.0), ("idle", 3.25)]));
     assert!((fit.values[0] - 1.0).abs() < 1e-15);
     assert_eq!(fit.values[1], 3.25);
 }
 
 #[test]
 fn parameters_that_only_act_together_share_the_step() {
-    let mut problem = Problem {
-        count: 3,
-        row: |p: &[f64], i| (p[0] + p[1] - i as f64, vec![1.0, 1.0]),
-    };
-    let fit = fitted(
-        &mut problem,
-        vec![
-            Parameter::unbounded("a", 0.0),
-            Parameter::unbounded("b", 0.0),
-        ],
-    );
+    let mut problem = Rows(3, |p: &[f64], i| (p[0] + p[1] - i as f64, vec![1.0, 1.0]));
+    let fit = fitted(&mut problem, unbounded([("a", 0.0), ("b", 0.0)]));
     assert!((fit.values[0] - 0.5).abs() < 1e-15 && (fit.values[1] - 0.5).abs() < 1e-15);
 }
 
 #[test]
 fn a_residual_that_is_not_a_number_at_the_start_is_named() {
-    let mut problem = Problem {
-        count: 20,
-        row: |p: &[f64], i| (if i == 17 { f64::NAN } else { p[0] }, vec![1.0]),
-    };
-    let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
-    let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let LeastSquaresError::StartHasNoValue { source } = error else {
-        panic!("{error:?}")
-    };
+    let mut problem = Rows(20, |p: &[f64], i| {
+        (if i == 17 { f64::NAN } else { p[0] }, vec![1.0])
+    });
+    let source = fault_at_the_start(&mut problem, unbounded([("p", 1.0)]));
     assert_eq!(source.to_string(), "the model returned NaN at load step 17");
 }
 
 #[test]
 fn a_derivative_that_is_infinite_is_named_with_its_parameter() {
-    let mut problem = Problem {
-        count: 2,
-        row: |p: &[f64], i| (p[1], vec![0.0, if i == 1 { f64::INFINITY } else { 1.0 }]),
-    };
-    let set = ParameterSet::new(vec![
-        Parameter::fixed("a", 1.0),
-        Parameter::unbounded("b", 1.0),
-    ])
-    .unwrap();
-    let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let LeastSquaresError::StartHasNoValue { source } = error else {
-        panic!("{error:?}")
-    };
+    let mut problem = Rows(2, |p: &[f64], i| {
+        (p[1], vec![0.0, if i == 1 { f64::INFINITY } else { 1.0 }])
+    });
+    let parameters = vec![Parameter::fixed("a", 1.0), Parameter::unbounded("b", 1.0)];
+    let source = fault_at_the_start(&mut problem, parameters);
     assert_eq!(
         source.to_string(),
         "the derivative to `b` is inf at load step 1"
@@ -253,26 +181,15 @@ fn a_derivative_that_is_infinite_is_named_with_its_parameter() {
 
 #[test]
 fn an_overflow_of_the_squares_is_not_a_minimum() {
-    let mut problem = Problem {
-        count: 1,
-        row: |p: &[f64], _| (1e200 * p[0], vec![1e200]),
-    };
-    let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
-    assert!(matches!(
-        minimise(&mut problem, &set, &LeastSquaresSettings::default()),
-        Err(LeastSquaresError::StartHasNoValue {
-            source: EvaluationFailure::Overflow
-        })
-    ));
+    let mut problem = Rows(1, |p: &[f64], _| (1e200 * p[0], vec![1e200]));
+    let source = fault_at_the_start(&mut problem, unbounded([("p", 1.0)]));
+    assert!(matches!(source, EvaluationFailure::Overflow), "{source}");
 }
 
 #[test]
 fn no_residuals_is_an_error() {
-    let mut problem = Problem {
-        count: 0,
-        row: line,
-    };
-    let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
+    let mut problem = Rows(0, line);
+    let set = ParameterSet::new(unbounded([("p", 1.0)])).unwrap();
     assert!(matches!(
         minimise(&mut problem, &set, &LeastSquaresSettings::default()),
         Err(LeastSquaresError::NoResiduals)
@@ -282,11 +199,8 @@ fn no_residuals_is_an_error() {
 #[test]
 fn a_place_without_a_value_on_the_way_only_shortens_the_step() {
     // ln has no value below zero, where the first full step from 3 leads.
-    let mut problem = Problem {
-        count: 1,
-        row: |p: &[f64], _| (p[0].ln() + 2.0, vec![1.0 / p[0]]),
-    };
-    let fit = fitted(&mut problem, vec![Parameter::unbounded("p", 3.0)]);
+    let mut problem = Rows(1, |p: &[f64], _| (p[0].ln() + 2.0, vec![1.0 / p[0]]));
+    let fit = fitted(&mut problem, unbounded([("p", 3.0)]));
     assert!(fit.termination.is_converged(), "{:?}", fit.termination);
     assert!((fit.values[0] - (-2.0_f64).exp()).abs() < 1e-14);
     assert!(fit.failed_evaluations > 0);
@@ -295,11 +209,10 @@ fn a_place_without_a_value_on_the_way_only_shortens_the_step() {
 #[test]
 fn an_edge_without_values_behind_it_ends_the_fit_with_the_reason() {
     // Falls towards 1, where the values end; the state is the last point with one.
-    let mut problem = Problem {
-        count: 1,
-        row: |p: &[f64], _| (if p[0] > 1.0 { f64::NAN } else { 5.0 - p[0] }, vec![-1.0]),
-    };
-    let fit = fitted(&mut problem, vec![Parameter::unbounded("p", 0.0)]);
+    let mut problem = Rows(1, |p: &[f64], _| {
+        (if p[0] > 1.0 { f64::NAN } else { 5.0 - p[0] }, vec![-1.0])
+    });
+    let fit = fitted(&mut problem, unbounded([("p", 0.0)]));
     assert!(matches!(
         fit.termination,
         Termination::EvaluationFailed(EvaluationFailure::ResidualNotFinite { residual: 0, .. })
@@ -327,11 +240,7 @@ fn a_model_may_refuse_with_its_own_error() {
             Err(EvaluationFailure::of_model("the structure is a mechanism"))
         }
     }
-    let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
-    let error = minimise(&mut Refusing, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let LeastSquaresError::StartHasNoValue { source } = error else {
-        panic!("{error:?}")
-    };
+    let source = fault_at_the_start(&mut Refusing, unbounded([("p", 1.0)]));
     assert_eq!(source.to_string(), "the model has no value");
     assert_eq!(
         std::error::Error::source(&source).unwrap().to_string(),
@@ -341,11 +250,7 @@ fn a_model_may_refuse_with_its_own_error() {
 
 #[test]
 fn too_few_evaluations_end_the_fit_where_it_stands() {
-    let set = ParameterSet::new(vec![
-        Parameter::unbounded("x", -1.2),
-        Parameter::unbounded("y", 1.0),
-    ])
-    .unwrap();
+    let set = ParameterSet::new(unbounded([("x", -1.2), ("y", 1.0)])).unwrap();
     let settings = LeastSquaresSettings {
         max_evaluations: 5,
         ..LeastSquaresSettings::default()
@@ -361,11 +266,8 @@ fn too_few_evaluations_end_the_fit_where_it_stands() {
 
 #[test]
 fn derivatives_of_the_wrong_sign_stall_and_are_not_called_a_minimum() {
-    let mut problem = Problem {
-        count: 2,
-        row: |p: &[f64], i| (p[0] + 3.0 + i as f64, vec![-1.0]),
-    };
-    let fit = fitted(&mut problem, vec![Parameter::unbounded("p", 1.0)]);
+    let mut problem = Rows(2, |p: &[f64], i| (p[0] + 3.0 + i as f64, vec![-1.0]));
+    let fit = fitted(&mut problem, unbounded([("p", 1.0)]));
     assert!(
         matches!(fit.termination, Termination::Stalled),
         "{:?}",
@@ -395,7 +297,7 @@ proptest! {
                 Parameter::free(format!("p{j}"), (lower + share * width).min(upper), lower, upper)
             })
             .collect();
-        let fit = fitted(&mut Problem { count: 8, row }, parameters);
+        let fit = fitted(&mut Rows(8, row), parameters);
         prop_assert!(fit.termination.is_converged(), "{:?}", fit.termination);
         for j in 0..4 {
             let g = dot(fit.jacobian_column(j).unwrap(), &fit.residuals);

@@ -1,7 +1,8 @@
 //! Searches with known valleys, and every mistake in their input.
 
 use super::*;
-use crate::least_squares::{EvaluationFailure, JacobianView, Parameter};
+use crate::least_squares::Parameter;
+use crate::least_squares::rows::{Row, Rows};
 
 /// A bowl with waves, in the logarithm u: lowest at 3.4, side valleys about every 1.5.
 #[expect(
@@ -100,26 +101,11 @@ fn each_mistake_has_its_own_error() {
 }
 
 /// A sine with a slope: valleys every 2π/3, the lowest near 8.
-struct Waves;
-
-impl ResidualFunction for Waves {
-    fn residual_count(&self) -> usize {
-        2
-    }
-
-    fn evaluate(
-        &mut self,
-        p: &[f64],
-        residuals: &mut [f64],
-        jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        residuals[0] = 2.0 * (0.5 * 3.0 * (p[0] - 8.0)).sin();
-        residuals[1] = 0.3 * (p[0] - 8.0) + 0.1;
-        if let Some(jacobian) = jacobian {
-            jacobian.set(0, 0, 3.0 * (0.5 * 3.0 * (p[0] - 8.0)).cos());
-            jacobian.set(1, 0, 0.3);
-        }
-        Ok(())
+fn waves(p: &[f64], i: usize) -> Row {
+    let d = p[0] - 8.0;
+    match i {
+        0 => (2.0 * (1.5 * d).sin(), vec![3.0 * (1.5 * d).cos()]),
+        _ => (0.3 * d + 0.1, vec![0.3]),
     }
 }
 
@@ -127,10 +113,11 @@ impl ResidualFunction for Waves {
 fn a_fit_in_a_side_valley_is_found_out_and_one_in_the_lowest_is_confirmed() {
     let fit_from = |start| {
         let set = ParameterSet::new(vec![Parameter::free("phase", start, 1.0, 20.0)]).unwrap();
-        let fit = minimise(&mut Waves, &set, &LeastSquaresSettings::default()).unwrap();
+        let mut waves = Rows(2, waves);
+        let fit = minimise(&mut waves, &set, &LeastSquaresSettings::default()).unwrap();
         assert!(fit.termination.is_converged());
         let search =
-            search_for_lower_minimum(&mut Waves, &set, &fit, &SearchSettings::default()).unwrap();
+            search_for_lower_minimum(&mut waves, &set, &fit, &SearchSettings::default()).unwrap();
         (fit, search)
     };
     let (side, search) = fit_from(3.9);

@@ -1,40 +1,10 @@
 //! Profiles with exact ends, open ends, and what stops a walk.
 
 use super::*;
+use crate::least_squares::rows::{Row, Rows, unbounded};
 use crate::least_squares::{
-    CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter,
-    covariance, minimise,
+    CovarianceSettings, LeastSquaresSettings, Parameter, covariance, minimise,
 };
-
-/// A residual and its gradient.
-type Row = (f64, Vec<f64>);
-
-/// A curve given as a function of the parameters, with its gradient, for a few residuals.
-struct Curve<F>(usize, F);
-
-impl<F: FnMut(&[f64], usize) -> Row> ResidualFunction for Curve<F> {
-    fn residual_count(&self) -> usize {
-        self.0
-    }
-
-    fn evaluate(
-        &mut self,
-        p: &[f64],
-        residuals: &mut [f64],
-        mut jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        for (i, residual) in residuals.iter_mut().enumerate() {
-            let (value, gradient) = (self.1)(p, i);
-            *residual = value;
-            if let Some(jacobian) = jacobian.as_deref_mut() {
-                for (j, derivative) in gradient.into_iter().enumerate() {
-                    jacobian.set(i, j, derivative);
-                }
-            }
-        }
-        Ok(())
-    }
-}
 
 fn profiled(
     problem: &mut dyn ResidualFunction,
@@ -52,8 +22,8 @@ fn profiled(
 }
 
 /// ln of a quantity measured once as 5 ± sigma: the exact ends are ln(5 ± 1.96 sigma).
-fn logarithm(sigma: f64) -> Curve<impl FnMut(&[f64], usize) -> Row> {
-    Curve(1, move |p: &[f64], _| {
+fn logarithm(sigma: f64) -> Rows<impl FnMut(&[f64], usize) -> Row> {
+    Rows(1, move |p: &[f64], _| {
         ((p[0].exp() - 5.0) / sigma, vec![p[0].exp() / sigma])
     })
 }
@@ -64,13 +34,10 @@ const K: f64 = 1.959_963_984_540_054;
 fn of_a_line_the_profile_is_the_quadratic_interval() {
     for mode in [SigmaMode::Known, SigmaMode::Estimated] {
         let y = [1.0, 2.1, 2.9, 4.2, 5.0];
-        let mut line = Curve(5, move |p: &[f64], i| {
+        let mut line = Rows(5, move |p: &[f64], i| {
             (p[0] + p[1] * i as f64 - y[i], vec![1.0, i as f64])
         });
-        let parameters = vec![
-            Parameter::unbounded("a", 0.0),
-            Parameter::unbounded("b", 0.0),
-        ];
+        let parameters = unbounded([("a", 0.0), ("b", 0.0)]);
         let (found, quadratic) = profiled(&mut line, parameters, mode, 1).unwrap();
         let [lower, upper] = quadratic.unwrap();
         assert!((found.lower.closed().unwrap() - lower).abs() < 1e-4 * (upper - lower));
@@ -83,7 +50,7 @@ fn of_a_line_the_profile_is_the_quadratic_interval() {
 fn a_curved_model_has_exact_interval_ends_beside_those_of_the_covariance() {
     let (found, quadratic) = profiled(
         &mut logarithm(2.0),
-        vec![Parameter::unbounded("u", 1.0)],
+        unbounded([("u", 1.0)]),
         SigmaMode::Known,
         0,
     )
@@ -100,7 +67,7 @@ fn a_curved_model_has_exact_interval_ends_beside_those_of_the_covariance() {
 fn an_end_that_does_not_exist_is_open() {
     let (found, _) = profiled(
         &mut logarithm(3.0),
-        vec![Parameter::unbounded("u", 1.0)],
+        unbounded([("u", 1.0)]),
         SigmaMode::Known,
         0,
     )
@@ -153,17 +120,11 @@ fn a_parameter_on_its_bound_is_open_there_and_profiled_to_the_other_side() {
 
 #[test]
 fn a_region_without_a_value_stops_the_walk_at_its_edge() {
-    let mut edge = Curve(1, |p: &[f64], _| {
+    let mut edge = Rows(1, |p: &[f64], _| {
         let value = if p[0] > 0.5 { f64::NAN } else { p[0] };
         (value, vec![1.0])
     });
-    let (found, _) = profiled(
-        &mut edge,
-        vec![Parameter::unbounded("p", 0.2)],
-        SigmaMode::Known,
-        0,
-    )
-    .unwrap();
+    let (found, _) = profiled(&mut edge, unbounded([("p", 0.2)]), SigmaMode::Known, 0).unwrap();
     let ProfileEnd::NotFollowed { value, .. } = found.upper else {
         panic!("{:?}", found.upper)
     };
@@ -174,13 +135,10 @@ fn a_region_without_a_value_stops_the_walk_at_its_edge() {
 #[test]
 fn a_lower_minimum_met_while_profiling_is_reported() {
     // A fit that was stopped at its start; refitting `a` alone already does better.
-    let mut line = Curve(3, |p: &[f64], i| {
+    let mut line = Rows(3, |p: &[f64], i| {
         (p[0] + p[1] * i as f64 - 10.0, vec![1.0, i as f64])
     });
-    let set = ParameterSet::new(vec![
-        Parameter::unbounded("a", 0.0),
-        Parameter::unbounded("b", 1.0),
-    ]);
+    let set = ParameterSet::new(unbounded([("a", 0.0), ("b", 1.0)]));
     let set = set.unwrap();
     let settings = LeastSquaresSettings {
         max_evaluations: 1,
@@ -208,18 +166,13 @@ fn only_a_free_parameter_has_a_profile() {
             Parameter::tied("t", 0, 2.0),
         ]
     };
-    let attempt =
-        |index| profiled(&mut logarithm(2.0), parameters(), SigmaMode::Known, index).unwrap_err();
-    assert!(matches!(
-        attempt(1),
-        LeastSquaresError::NotFree { role: "fixed", .. }
-    ));
-    assert!(matches!(
-        attempt(2),
-        LeastSquaresError::NotFree { role: "tied", .. }
-    ));
-    assert!(matches!(
-        attempt(3),
-        LeastSquaresError::UnknownParameter { index: 3, count: 3 }
-    ));
+    for (index, says) in [
+        (1, "parameter `f` is fixed"),
+        (2, "parameter `t` is tied"),
+        (3, "there is no parameter number 3; there are 3"),
+    ] {
+        let refused = profiled(&mut logarithm(2.0), parameters(), SigmaMode::Known, index);
+        let error = refused.unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
 }
