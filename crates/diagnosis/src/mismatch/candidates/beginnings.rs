@@ -172,7 +172,8 @@ pub(crate) fn fitted_beginnings(
                 fitted,
                 ..state.clone()
             };
-            let log_bayes = log_bayes_over((&problem.with_readings(&begun), &there), (problem, found))?;
+            let log_bayes =
+                log_bayes_over((&problem.with_readings(&begun), &there), (problem, found))?;
             let least = best.as_ref().map_or(STRONG_EVIDENCE, |(most, _)| *most);
             if log_bayes > least && begun.beginnings != problem.observations.beginnings {
                 best = Some((log_bayes, begun));
