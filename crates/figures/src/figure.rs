@@ -120,12 +120,14 @@ impl Panel {
         }
     }
 
-    /// Adds marks over those that there are.
+    /// Adds marks, if there are any, over those before.
     pub(super) fn draw(&mut self, style: Style, marks: Marks) {
-        self.series.push(Series::new(style, marks));
+        if !marks.is_empty() {
+            self.series.push(Series::new(style, marks));
+        }
     }
 
-    /// The same with an entry in the legend; a series without marks leaves none.
+    /// The same with an entry in the legend.
     pub(super) fn draw_named(&mut self, label: impl Into<String>, style: Style, marks: Marks) {
         if !marks.is_empty() {
             self.series.push(Series::labelled(label, style, marks));
