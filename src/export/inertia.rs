@@ -2,12 +2,11 @@
 
 use crate::vector::{norm, subtract};
 
+use super::xml::Xml;
+
 /// What a body without mass weighs in a file, kg, and what is added to each moment of inertia, kg·m²: MuJoCo takes 1e-15, and 12 digits are
 /// written.
 pub(super) const PLACEHOLDER: f64 = 1e-12;
-
-/// What stands beside it.
-pub(super) const PLACEHOLDER_WORDS: &str = "placeholder: the robot file gives this body no mass";
 
 /// Ends of a rigid link nearer to one another than this, m, are one place, and it is not drawn.
 const SAME_PLACE_M: f64 = 1e-9;
@@ -143,26 +142,30 @@ impl Inertia {
 pub(super) struct Inertial {
     /// kg.
     pub(super) mass_kg: f64,
-    /// In the axes of the world, m.
+    /// From the origin of the body, in the axes of the world, m.
     pub(super) centre_m: [f64; 3],
     /// Inertia tensor about the centre, kg·m².
     pub(super) about_kg_m2: [[f64; 3]; 3],
-    /// Whether no mass is known.
-    pub(super) is_placeholder: bool,
 }
 
 impl Inertial {
-    /// Of a body; a placeholder where it has no mass.
-    pub(super) fn of(inertia: &Inertia, origin_m: [f64; 3]) -> Self {
+    /// Of a body; where it has no mass a placeholder, which a comment states.
+    pub(super) fn stated(xml: &mut Xml, inertia: &Inertia, origin_m: [f64; 3]) -> Self {
+        if inertia.mass_kg == 0.0 {
+            xml.comment("placeholder: the robot file gives this body no mass");
+        }
+        Self::of(inertia, origin_m)
+    }
+
+    fn of(inertia: &Inertia, origin_m: [f64; 3]) -> Self {
         let mut about_kg_m2 = inertia.about_centre_kg_m2();
         for (i, row) in about_kg_m2.iter_mut().enumerate() {
             row[i] += PLACEHOLDER;
         }
         Self {
             mass_kg: inertia.mass_kg.max(PLACEHOLDER),
-            centre_m: inertia.centre_m().unwrap_or(origin_m),
+            centre_m: subtract(inertia.centre_m().unwrap_or(origin_m), origin_m),
             about_kg_m2,
-            is_placeholder: inertia.mass_kg == 0.0,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::vector::subtract;
 
-use super::inertia::{Inertial, PLACEHOLDER_WORDS};
+use super::inertia::Inertial;
 use super::lumped::{LumpedBody, LumpedJoint, LumpedModel};
 use super::xml::{Xml, number, numbers};
 
@@ -147,16 +147,12 @@ fn begin_body(xml: &mut Xml, model: &LumpedModel, place: usize) {
 }
 
 fn write_inertia(xml: &mut Xml, body: &LumpedBody) {
-    let inertial = Inertial::of(&body.inertia, body.position_m);
-    if inertial.is_placeholder {
-        xml.comment(PLACEHOLDER_WORDS);
-    }
+    let inertial = Inertial::stated(xml, &body.inertia, body.position_m);
     let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = inertial.about_kg_m2;
-    let at = subtract(inertial.centre_m, body.position_m);
     xml.empty(
         "inertial",
         &[
-            ("pos", numbers(at)),
+            ("pos", numbers(inertial.centre_m)),
             ("mass", number(inertial.mass_kg)),
             ("fullinertia", numbers([xx, yy, zz, xy, xz, yz])),
         ],

@@ -3,7 +3,7 @@
 use crate::robot::JointMotion;
 use crate::vector::subtract;
 
-use super::inertia::{Inertial, PLACEHOLDER_WORDS};
+use super::inertia::Inertial;
 use super::kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 use super::urdf::{along, upright};
 use super::xml::{Xml, number, numbers};
@@ -55,12 +55,9 @@ fn pose(xml: &mut Xml, xyz: [f64; 3], rpy: [f64; 3]) {
 fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     xml.open("link", &[("name", name.to_owned())]);
     pose(xml, link.position_m, [0.0; 3]);
-    let inertial = Inertial::of(&link.inertia, link.position_m);
-    if inertial.is_placeholder {
-        xml.comment(PLACEHOLDER_WORDS);
-    }
+    let inertial = Inertial::stated(xml, &link.inertia, link.position_m);
     xml.open("inertial", &[]);
-    pose(xml, subtract(inertial.centre_m, link.position_m), [0.0; 3]);
+    pose(xml, inertial.centre_m, [0.0; 3]);
     xml.text("mass", number(inertial.mass_kg));
     xml.open("inertia", &[]);
     for (name, moment) in inertial.moments() {

@@ -3,7 +3,7 @@
 use crate::robot::JointMotion;
 use crate::vector::subtract;
 
-use super::inertia::{Inertia, Inertial, PLACEHOLDER_WORDS};
+use super::inertia::{Inertia, Inertial};
 use super::kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 use super::xml::{Xml, number, numbers};
 
@@ -104,12 +104,9 @@ fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
 }
 
 fn write_inertial(xml: &mut Xml, inertia: &Inertia, origin_m: [f64; 3]) {
-    let inertial = Inertial::of(inertia, origin_m);
-    if inertial.is_placeholder {
-        xml.comment(PLACEHOLDER_WORDS);
-    }
+    let inertial = Inertial::stated(xml, inertia, origin_m);
     xml.open("inertial", &[]);
-    origin(xml, subtract(inertial.centre_m, origin_m), [0.0; 3]);
+    origin(xml, inertial.centre_m, [0.0; 3]);
     xml.empty("mass", &[("value", number(inertial.mass_kg))]);
     let moments = inertial.moments();
     xml.empty(

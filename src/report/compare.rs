@@ -137,7 +137,7 @@ impl ComparisonReport {
     #[must_use]
     pub fn document(&self, a: &str, b: &str) -> Document {
         let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
-        let difference = |cell: &CellDifference| {
+        let difference = |cell: &&CellDifference| {
             let MeasuredDifference {
                 value, expanded, ..
             } = cell.difference;
@@ -156,8 +156,7 @@ impl ComparisonReport {
                 .words("direction", |cell| &cell.direction)
                 .numbers("K of A, N/µm", |cell| stiffness(&cell.a))
                 .numbers("K of B, N/µm", |cell| stiffness(&cell.b))
-                .numbers("B - A, N/µm", |cell| difference(cell)[0].clone())
-                .numbers("U", |cell| difference(cell)[1].clone())
+                .numbers_each(["B - A, N/µm", "U"], difference)
                 .numbers("B/A - 1, %", |cell| {
                     let share = cell.difference.value / cell.a.value.unwrap_or(f64::NAN);
                     format!("{:+.1}", 100.0 * share)
@@ -207,8 +206,7 @@ impl ComparisonReport {
                 .numbers("at, N", |one| one.target_n)
                 .numbers("width of A, µm", |one| with_u(&one.a, one)[0].clone())
                 .numbers("width of B, µm", |one| with_u(&one.b, one)[0].clone())
-                .numbers("B - A, µm", |one| with_u(&one.difference, one)[0].clone())
-                .numbers("U", |one| with_u(&one.difference, one)[1].clone()),
+                .numbers_each(["B - A, µm", "U"], |one| with_u(&one.difference, one)),
         );
         document.paragraph(
             "Width of the loop between loading and unloading, at the load at which it is largest in A. U holds for one cell; \

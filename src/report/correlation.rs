@@ -3,7 +3,7 @@
 use crate::fit::FactorCorrelations;
 use crate::least_squares::STRONG_CORRELATION;
 
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 /// The lower half of the correlation matrix, and strongly correlated pairs in words; empty for less than two parameters.
 pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
@@ -12,16 +12,21 @@ pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
         return document;
     };
     let count = found.names.len();
-    let columns = (1..count).map(|number| numbers(number.to_string()));
-    let mut rows = Table::new(std::iter::once(words("correlation")).chain(columns));
+    let rows = || found.names.iter().zip(&found.matrix).enumerate();
+    document.table(
+        Table::of(rows())
+            .words("correlation", |(i, (name, _))| format!("{} {name}", i + 1))
+            .numbers_each(
+                (1..count).map(|number| number.to_string()),
+                |(i, (_, row))| {
+                    let below = row.iter().take(*i).map(|rho| format!("{rho:+.2}"));
+                    let blank = std::iter::repeat(String::new());
+                    below.chain(blank).take(count - 1).collect::<Vec<_>>()
+                },
+            ),
+    );
     let mut pairs: Vec<String> = Vec::new();
-    for (i, (name, row)) in found.names.iter().zip(&found.matrix).enumerate() {
-        let mut cells = vec![format!("{} {name}", i + 1)];
-        cells.extend((0..count - 1).map(|j| {
-            let rho = row.get(j).filter(|_| j < i);
-            rho.map_or_else(String::new, |rho| format!("{rho:+.2}"))
-        }));
-        rows.row(cells);
+    for (i, (name, row)) in rows() {
         for (other, rho) in found.names[..i].iter().zip(row) {
             if rho.abs() > STRONG_CORRELATION {
                 let change = if *rho > 0.0 {
@@ -40,9 +45,6 @@ pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
             "No pair has a correlation beyond {STRONG_CORRELATION}."
         ));
     }
-    document.table(rows);
-    for pair in pairs {
-        document.paragraph(pair);
-    }
+    document.paragraphs(pairs);
     document
 }

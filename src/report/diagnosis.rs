@@ -16,7 +16,9 @@ mod tables;
 mod units;
 
 use crate::analysis::{DiagnosisReport, Subject};
-use crate::mismatch::{EstimatedValue, FactorChange, Impossible, LawCriticalValues, ReadingTrace};
+use crate::mismatch::{
+    EstimatedValue, FactorChange, Impossible, LawCriticalValues, Quality, ReadingTrace,
+};
 use crate::physics::{Effect, FileLine, Law};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
@@ -35,6 +37,25 @@ pub use summary::{
     FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, SiValue, SlopeReport,
     Strata, TableValue, UnexplainedReport, UntestedContrast,
 };
+
+/// Which model the residuals are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::report) enum DiagnosedModel {
+    /// Those of the model without effects.
+    Before,
+    /// Those of the final model.
+    After,
+}
+
+impl DiagnosedModel {
+    /// Residuals about the gauge zero, and what is left of them within their run.
+    pub(in crate::report) fn residuals_m(self, reading: &ReadingTrace) -> [f64; 2] {
+        match self {
+            Self::Before => [reading.before_m, reading.before_within_run_m],
+            Self::After => [reading.after_m, reading.after_within_run_m],
+        }
+    }
+}
 
 impl DiagnosisReport {
     /// The line of the robot file that a finding accuses.
@@ -81,16 +102,20 @@ impl DiagnosisReport {
             .filter(|direction| cells.iter().any(|cell| cell.axis() == *direction))
     }
 
+    /// How well a model fits.
+    fn quality(&self, model: DiagnosedModel) -> &Quality {
+        match model {
+            DiagnosedModel::Before => &self.diagnosis.before,
+            DiagnosedModel::After => &self.diagnosis.after,
+        }
+    }
+
     /// Root mean squares of two residuals over all readings, or over those of a direction, m.
-    fn rms_m(
-        &self,
-        residuals: impl Fn(&ReadingTrace) -> [f64; 2],
-        direction: Option<Direction>,
-    ) -> [f64; 2] {
+    fn rms_m(&self, model: DiagnosedModel, direction: Option<Direction>) -> [f64; 2] {
         let (mut squares, mut n) = ([0.0; 2], 0.0);
         let readings = self.trace.readings.iter();
         for reading in readings.filter(|r| direction.is_none_or(|d| d == r.cell.direction)) {
-            for (square, residual) in squares.iter_mut().zip(residuals(reading)) {
+            for (square, residual) in squares.iter_mut().zip(model.residuals_m(reading)) {
                 *square += residual * residual;
             }
             n += 1.0;

@@ -16,7 +16,7 @@ use crate::plot::{
 };
 use crate::search::DISTINGUISHABLE;
 
-use super::diagnosis::{DiagnosisAnswer, FittedParameter, listed, short_phrase};
+use super::diagnosis::{DiagnosedModel, DiagnosisAnswer, FittedParameter, listed, short_phrase};
 use crate::analysis::DiagnosisReport;
 
 /// All figures of a diagnosis with the names of their files; those that compare with a finding only where there is one.
@@ -36,67 +36,48 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
     let diagnosis = &report.diagnosis;
     let known = diagnosis.known_effects.len();
     let effects = diagnosis.effects.get(known..).unwrap_or_default();
-    let mut figures = Vec::new();
+    let mut figures: Vec<(String, Figure)> = Vec::new();
+    let mut add = |name: &str, figure: Figure| figures.push((name.to_owned(), figure));
     // A part is loaded continuously: a map of its load steps would have a column a reading.
     if report.observations.has_series() && !report.is_of_part() {
         let map = |model| noted(mismatch_map(&map::map(report, model)), STEPS_WITHIN_RUNS);
-        let before = map(map::DiagnosedModel::Before);
-        figures.push(("mismatch_map".to_owned(), before));
+        add("mismatch_map", map(DiagnosedModel::Before));
         if !effects.is_empty() {
-            let after = map(map::DiagnosedModel::After);
-            figures.push(("mismatch_map_after".to_owned(), after));
+            add("mismatch_map_after", map(DiagnosedModel::After));
         }
     } else if effects.is_empty() {
-        figures.push(("residuals".to_owned(), residuals(&left(report))));
+        add("residuals", residuals(&left(report)));
     }
     if !effects.is_empty() {
         let found = found(effects);
-        figures.push((
-            "residuals_before_after".to_owned(),
-            noted(
-                residuals_before_after(&before_after(report, &found)),
-                WITHIN_RUNS,
-            ),
-        ));
+        let before_after = residuals_before_after(&before_after(report, &found));
+        add("residuals_before_after", noted(before_after, WITHIN_RUNS));
         for (place, effect) in report.trace.effects.iter().skip(known).enumerate() {
-            let input = law::law(report, effect);
-            figures.push((
-                numbered("found_law", place),
-                noted(found_law(&input), WITHIN_RUNS),
-            ));
+            let figure = noted(found_law(&law::law(report, effect)), WITHIN_RUNS);
+            add(&numbered("found_law", place), figure);
         }
         for (place, answer) in DiagnosisAnswer::all(&diagnosis.findings).iter().enumerate() {
             // What is impossible was assessed against the model without effects, as the first finding was.
-            let impossible: Vec<&Impossible> = if place == 0 {
-                report.impossible().collect()
-            } else {
-                Vec::new()
-            };
+            let impossible: Vec<&Impossible> = report.impossible().filter(|_| place == 0).collect();
             let figure = evidence_bars(&evidence(answer, &impossible, &report.critical));
-            figures.push((numbered("evidence_bars", place), figure));
+            add(&numbered("evidence_bars", place), figure);
         }
-        figures.extend(waterfall(report).map(|figure| ("misfit_shares".to_owned(), figure)));
+        if let Some(figure) = waterfall(report) {
+            add("misfit_shares", figure);
+        }
         let shift = shift(report, &found);
         if !shift.factors.is_empty() {
-            figures.push(("factor_shift".to_owned(), factor_shift(&shift)));
+            add("factor_shift", factor_shift(&shift));
         }
         if !diagnosis.before.held_out.is_empty() && !report.is_of_part() {
-            figures.push((
-                "held_out_error".to_owned(),
-                held_out_error(&held_out(report, &found)),
-            ));
+            let held_out = held_out_error(&held_out(report, &found));
+            add("held_out_error", held_out);
         }
     }
-    figures.extend(load_displacement::load_displacement(report).map(|input| {
-        (
-            "load_displacement".to_owned(),
-            crate::plot::load_displacement(&input),
-        )
-    }));
-    figures.push((
-        "detection_limits".to_owned(),
-        detection_limits(&limits(report)),
-    ));
+    if let Some(input) = load_displacement::load_displacement(report) {
+        add("load_displacement", crate::plot::load_displacement(&input));
+    }
+    add("detection_limits", detection_limits(&limits(report)));
     figures
 }
 
@@ -152,11 +133,10 @@ fn left(report: &DiagnosisReport) -> Residuals {
     });
     Residuals {
         quantities: report.subject.quantities(),
-        prediction: if report.is_of_part() {
-            "straight line".to_owned()
-        } else {
-            "fitted structure".to_owned()
-        },
+        prediction: report
+            .subject
+            .words("fitted structure", "straight line")
+            .to_owned(),
         measure: ResidualMeasure::StandardUncertainties,
         points: points.collect(),
     }

@@ -47,9 +47,7 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
         method_words(fit),
         fit.termination
     ));
-    if let Some(error) = largest_error(fit) {
-        document.paragraph(error);
-    }
+    document.paragraphs(largest_error(fit));
     for session in &fit.sessions {
         let slope = session.run_slope_sd.map_or_else(
             || "too few repeats to show how the slopes of its runs scatter".to_owned(),
@@ -66,35 +64,29 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
             counted(session.cells, "cell")
         ));
     }
-    for mark in &fit.marked {
-        document.item(mark_words(mark));
-    }
+    document.items(fit.marked.iter().map(mark_words));
     document.append(physics_document(
         "Physics beside the beams, held fixed:",
         &fit.physics,
     ));
     document.append(parameter_tables(&fit.parameters));
-    if let Some(drawn) = &fit.bootstrap {
-        document.paragraph(format!(
+    document.paragraphs(fit.bootstrap.as_ref().map(|drawn| {
+        format!(
             "Bootstrap: {}, {} resampled (seed {}); {} of the refits failed.",
             counted(drawn.replicates, "replicate"),
             drawn.over,
             drawn.seed,
             drawn.failed
-        ));
-    }
+        )
+    }));
     document.append(derived(&fit.derived));
     document.append(undetermined(fit));
     document.append(next(fit));
     if let Some(frames) = &fit.frames {
         document.append(frames_table(frames));
     }
-    for sentence in agreement_sentences(fit) {
-        document.paragraph(sentence);
-    }
-    for test in &fit.runs_tests {
-        document.item(runs_words(test));
-    }
+    document.paragraphs(agreement_sentences(fit));
+    document.items(fit.runs_tests.iter().map(runs_words));
     document.append(correlations(fit.correlation.as_ref()));
     document.append(cells(fit));
     if !fit.components.is_empty() {
@@ -248,15 +240,13 @@ fn islands(parameter: &ParameterReport) -> String {
 /// Parameters, and combinations of them, that the data do not determine.
 fn undetermined(fit: &FitReport) -> Document {
     let mut document = Document::new();
-    for parameter in &fit.parameters {
-        if let Some(words) = &parameter.words {
-            document.item(format!("{}: {words}.", parameter.name));
-        }
-    }
-    for combination in &fit.not_determined {
-        let data = data_words(fit);
-        document.item(format!("Not determined by these {data}: {combination}."));
-    }
+    document.items(fit.parameters.iter().filter_map(|parameter| {
+        let words = parameter.words.as_ref()?;
+        Some(format!("{}: {words}.", parameter.name))
+    }));
+    let data = data_words(fit);
+    let combinations = fit.not_determined.iter();
+    document.items(combinations.map(|one| format!("Not determined by these {data}: {one}.")));
     document
 }
 

@@ -5,7 +5,7 @@ use stiffbench_document::{Document, Table};
 use crate::reported::Reported;
 use crate::stiffness::HysteresisReport;
 
-use super::text::{interval, value_and_u};
+use super::text::{interval, value_and_u, with_u};
 
 /// What the columns of the table are.
 const ABOUT_WIDTH: &str = "Width: displacement while unloading less displacement while loading at the same measured force, along the load, positive where the displacement lags behind; the interval of the largest holds over all loads at once (95 %). Residual: the width without load; drift and creep are not taken off. Energy: the area of the loop. U is the expanded uncertainty for 95 % from the scatter of the loops, with the steps and the reversibility of the gauges as far as they are stated.";
@@ -22,7 +22,7 @@ pub(super) fn hysteresis_document(cells: &[(String, String, HysteresisReport)]) 
     if cells.is_empty() {
         return document;
     }
-    let printed = |value: &Reported| value_and_u([value.value, value.expanded_uncertainty], 3, "-");
+    let printed = |value: &Reported| with_u(value, 3);
     let mut table = Table::of(cells)
         .words("pose", |(pose, ..)| pose)
         .words("direction", |(_, direction, _)| direction)
@@ -36,40 +36,26 @@ pub(super) fn hysteresis_document(cells: &[(String, String, HysteresisReport)]) 
             interval(found.largest.width.ci95, 3)
         })
         .numbers("at, N", |(.., found)| found.largest.target_n)
-        .numbers("residual, µm", |(.., found)| {
-            printed(&found.residual_displacement)[0].clone()
-        })
-        .numbers("U", |(.., found)| {
-            printed(&found.residual_displacement)[1].clone()
+        .numbers_each(["residual, µm", "U"], |(.., found)| {
+            printed(&found.residual_displacement)
         });
     let has_lost_motion =
         |(.., found): &(String, String, HysteresisReport)| found.lost_motion.value.is_some();
     let has_lost_motion = cells.iter().any(has_lost_motion);
     if has_lost_motion {
-        table = table
-            .numbers("lost motion, µm", |(.., found)| {
-                printed(&found.lost_motion)[0].clone()
-            })
-            .numbers("U", |(.., found)| printed(&found.lost_motion)[1].clone());
+        table = table.numbers_each(["lost motion, µm", "U"], |(.., found)| {
+            printed(&found.lost_motion)
+        });
     }
     document.table(
         table
-            .numbers("K loading, N/µm", |(.., found)| {
-                printed(&found.stiffness_loading)[0].clone()
+            .numbers_each(["K loading, N/µm", "U"], |(.., found)| {
+                printed(&found.stiffness_loading)
             })
-            .numbers("U", |(.., found)| {
-                printed(&found.stiffness_loading)[1].clone()
+            .numbers_each(["K unloading, N/µm", "U"], |(.., found)| {
+                printed(&found.stiffness_unloading)
             })
-            .numbers("K unloading, N/µm", |(.., found)| {
-                printed(&found.stiffness_unloading)[0].clone()
-            })
-            .numbers("U", |(.., found)| {
-                printed(&found.stiffness_unloading)[1].clone()
-            })
-            .numbers("energy, µJ", |(.., found)| {
-                printed(&found.energy)[0].clone()
-            })
-            .numbers("U", |(.., found)| printed(&found.energy)[1].clone()),
+            .numbers_each(["energy, µJ", "U"], |(.., found)| printed(&found.energy)),
     );
     document.paragraph(ABOUT_WIDTH);
     if has_lost_motion {

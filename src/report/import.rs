@@ -76,31 +76,29 @@ const MOST_UNUSED: usize = 40;
 /// The first rows of a file, and what its columns were taken for.
 #[must_use]
 pub fn columns_document(columns: &[ColumnGuess]) -> Document {
-    let mut table = Table::new(["column", "first values", "taken as", "unit", "by"]);
     let mut unused = 0;
-    for column in columns {
-        if column.role.is_none() {
-            unused += 1;
-            if unused > MOST_UNUSED {
-                continue;
-            }
-        }
-        let by = match column.from {
-            Some(GuessedFrom::Stated) => "option or mapping",
-            Some(GuessedFrom::Name) => "its name",
-            Some(GuessedFrom::Unit) => "its unit",
-            None => "",
-        };
-        table.row([
-            column.name.clone(),
-            column.first_values.join("  "),
-            column.role.clone().unwrap_or_else(|| "not used".to_owned()),
-            column.unit.clone().unwrap_or_default(),
-            by.to_owned(),
-        ]);
-    }
+    let is_shown = |column: &&ColumnGuess| {
+        unused += usize::from(column.role.is_none());
+        column.role.is_some() || unused <= MOST_UNUSED
+    };
+    let shown: Vec<&ColumnGuess> = columns.iter().filter(is_shown).collect();
+    let by = |column: &&ColumnGuess| match column.from {
+        Some(GuessedFrom::Stated) => "option or mapping",
+        Some(GuessedFrom::Name) => "its name",
+        Some(GuessedFrom::Unit) => "its unit",
+        None => "",
+    };
     let mut document = Document::new();
-    document.table(table);
+    document.table(
+        Table::of(shown)
+            .words("column", |column| &column.name)
+            .words("first values", |column| column.first_values.join("  "))
+            .words("taken as", |column| {
+                column.role.as_deref().unwrap_or("not used")
+            })
+            .words("unit", |column| column.unit.as_deref().unwrap_or_default())
+            .words("by", by),
+    );
     if unused > MOST_UNUSED {
         let further = unused - MOST_UNUSED;
         document.paragraph(format!("Not used: {}.", counted(further, "further column")));

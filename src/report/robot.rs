@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{RobotCheck, stiffness_words};
 use crate::physics::{ActingPhysics, Effect};
@@ -143,16 +143,12 @@ impl RobotReport {
                 .numbers("largest, deg", |one| one.max_deg)
                 .numbers("nominal, deg", |one| one.nominal_deg),
         );
-        let angles = self
-            .variables
-            .iter()
-            .map(|variable| numbers(&variable.name));
-        let mut rows = Table::new(std::iter::once(words("pose")).chain(angles));
-        for pose in &self.poses {
-            let angles = pose.pose.angles_deg.iter().map(f64::to_string);
-            rows.row(std::iter::once(pose.id.to_string()).chain(angles));
-        }
-        document.table(rows);
+        let variables = self.variables.iter().map(|variable| &variable.name);
+        document.table(
+            Table::of(&self.poses)
+                .words("pose", |pose| &pose.id)
+                .numbers_each(variables, |pose| pose.pose.angles_deg.clone()),
+        );
         let sets = self.factors.keys().cloned().collect::<Vec<_>>().join(", ");
         let sets = if sets.is_empty() { "none" } else { &sets };
         document.paragraph(format!("Factor sets: {sets}."));
@@ -271,18 +267,17 @@ impl ComplianceReport {
     /// The effects beside the beams, the end compliance and the stiffness along each axis.
     #[must_use]
     pub fn document(&self) -> Document {
-        let columns = self.columns.map(numbers);
-        let mut rows = Table::new(std::iter::once(words("")).chain(columns));
-        for (name, row) in self.rows.iter().zip(&self.compliance) {
-            let entries = row.map(|entry| match entry {
-                Some(entry) => format!("{entry:.6e}"),
-                None => "unknown".to_owned(),
-            });
-            rows.row(std::iter::once((*name).to_owned()).chain(entries));
-        }
+        let printed = |entry: Option<f64>| match entry {
+            Some(entry) => format!("{entry:.6e}"),
+            None => "unknown".to_owned(),
+        };
         let stiffness = |i: usize| stiffness_words(self.compliance[i][i], &|k| significant(k, 5));
         let mut document = physics_document(BESIDE_BEAMS, &self.physics);
-        document.table(rows);
+        document.table(
+            Table::of(self.rows.iter().zip(&self.compliance))
+                .words("", |(name, _)| *name)
+                .numbers_each(self.columns, |(_, row)| row.map(printed)),
+        );
         document.paragraph(format!(
             "{}. Stiffness along x, y, z: {} N/µm.",
             self.unit,
@@ -302,9 +297,7 @@ pub fn physics_document(sentence: &str, effects: &[Effect]) -> Document {
     if !effects.is_empty() {
         document.paragraph(sentence);
     }
-    for effect in effects {
-        document.item(effect.to_string());
-    }
+    document.items(effects.iter().map(ToString::to_string));
     document
 }
 
@@ -321,14 +314,13 @@ pub fn robot_check_document(check: &RobotCheck) -> Document {
             .numbers("tool x, y, z, m", |one| {
                 one.tool_m.map(|m| format!("{m:.3}")).join(", ")
             })
-            .numbers("Kx, N/µm", |one| stiffness(one.compliance_m_per_n[0]))
-            .numbers("Ky, N/µm", |one| stiffness(one.compliance_m_per_n[1]))
-            .numbers("Kz, N/µm", |one| stiffness(one.compliance_m_per_n[2]))
+            .numbers_each(["Kx, N/µm", "Ky, N/µm", "Kz, N/µm"], |one| {
+                one.compliance_m_per_n.map(stiffness)
+            })
             .words("plausible", |one| or_dash(one.plausible, mark)),
     );
-    if let Some(reach) = check.reach_m {
-        document.item(format!("Reach in these poses: {reach:.3} m."));
-    }
+    let reach = check.reach_m;
+    document.items(reach.map(|reach| format!("Reach in these poses: {reach:.3} m.")));
     document.item(match check.mass_kg {
         Some(mass) => format!("Mass: {} kg.", significant(mass, 4)),
         None => "Mass: not stated; the robot's own weight is neglected.".to_owned(),
@@ -427,9 +419,7 @@ impl NewRobotReport {
             self.joints.join(", "),
             self.poses.join(", ")
         ));
-        for position in &self.positions {
-            document.item(position);
-        }
+        document.items(&self.positions);
         document.next(format!("robot check {}", self.file));
         document
     }

@@ -119,10 +119,7 @@ pub fn pose_drawing(model: &MechanismModel<'_>, pose: &str) -> RobotDrawing {
 /// Draws all poses from the front too if one of them is deep: drawings of one robot have the same views.
 pub fn with_equal_views(drawings: &mut [RobotDrawing]) {
     let is_deep = |drawing: &RobotDrawing| {
-        let extent = |axis: usize| {
-            let values = || drawing.nodes.iter().map(|node| node.position_m[axis]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-        };
+        let extent = |axis: usize| drawing.extent_m(axis);
         let [_, depth] = drawing.axes.across_and_depth();
         extent(depth) > DEEP * (0..3).map(extent).fold(0.0, f64::max)
     };

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::{Document, Table, numbers, sign_of, words};
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::fit::{BestPoses, ProposedWithin};
 use crate::load_direction::LoadDirection;
@@ -103,33 +103,26 @@ impl PlanReport {
 /// The standard errors to be expected in poses that were chosen for it, as a table.
 #[must_use]
 pub fn best_poses_document(best: &BestPoses) -> Document {
-    let mut rows = Table::new([
-        words("parameter"),
-        numbers("expected standard error"),
-        words("unit"),
-    ]);
-    for (parameter, error) in &best.errors {
-        rows.row([
-            parameter.to_string(),
-            error.map_or_else(
-                || parameter.unloaded_words().to_owned(),
-                |error| significant(error, 2),
-            ),
-            sign_of(parameter.unit()),
-        ]);
-    }
-    let mut poses = Table::new([words("pose"), numbers("tool at x, y, z, mm")]);
-    for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
-        poses.row([named.id.to_string(), tool_words(*tool_m)]);
-    }
     let mut document = Document::of(format!(
         "Poses that best determine the parameters, of {} candidates:",
         best.tried
     ));
-    document.table(poses);
+    document.table(
+        Table::of(best.poses.iter().zip(&best.tools_m))
+            .words("pose", |(named, _)| &named.id)
+            .numbers("tool at x, y, z, mm", |(_, tool_m)| tool_words(**tool_m)),
+    );
     document.paragraph(kept_words(&best.within));
     document.paragraph("Standard errors with the noise of simulate (Cramér-Rao limit):");
-    document.table(rows);
+    document.table(
+        Table::of(&best.errors)
+            .words("parameter", |(parameter, _)| parameter)
+            .numbers("expected standard error", |(parameter, error)| {
+                let unloaded = || parameter.unloaded_words().to_owned();
+                error.map_or_else(unloaded, |error| significant(error, 2))
+            })
+            .words("unit", |(parameter, _)| sign_of(parameter.unit())),
+    );
     document
 }
 

@@ -112,6 +112,13 @@ impl From<&SectionSignificance> for SignificanceReport {
     }
 }
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Heads of the columns with the shares of the directions.
+fn share_heads() -> [String; 3] {
+    AXES.map(|axis| format!("{axis}: share, %"))
+}
+
 impl SignificanceReport {
     /// Tables and sequence.
     #[must_use]
@@ -133,19 +140,17 @@ impl SignificanceReport {
         });
         let links = (self.scope == Scope::Beams).then_some(("links", None, &self.share_of_others));
         let percent = |part: f64| format!("{:.2}", 100.0 * part);
-        let left = |left: Option<&ByDirection<f64>>, axis: usize| {
-            left.map_or_else(String::new, |left| percent(left.each()[axis]))
+        let left = |left: Option<&ByDirection<f64>>| {
+            left.map_or_else(Default::default, |left| left.each().map(percent))
         };
         let mut document = Document::new();
         document.table(
             Table::of(constants.into_iter().chain(links))
                 .words("constant", |(name, ..)| *name)
-                .numbers("x: % left", |(_, of, _)| left(*of, 0))
-                .numbers("y: % left", |(_, of, _)| left(*of, 1))
-                .numbers("z: % left", |(_, of, _)| left(*of, 2))
-                .numbers("x: share, %", |(.., share)| percent(share.x))
-                .numbers("y: share, %", |(.., share)| percent(share.y))
-                .numbers("z: share, %", |(.., share)| percent(share.z)),
+                .numbers_each(AXES.map(|axis| format!("{axis}: % left")), |(_, of, _)| {
+                    left(*of)
+                })
+                .numbers_each(share_heads(), |(.., share)| share.each().map(percent)),
         );
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
@@ -175,12 +180,10 @@ impl SignificanceReport {
             Table::of(&self.further)
                 .words("parameter", |one| with_unit(&one.name, &one.unit))
                 .numbers("value", |one| significant(one.value, 4))
-                .numbers("x: share, %", |one| percent(one.share.x))
-                .numbers("y: share, %", |one| percent(one.share.y))
-                .numbers("z: share, %", |one| percent(one.share.z))
-                .numbers("x: 1 % at", |one| digits(one.adds_one_percent_at.x, 3))
-                .numbers("y: 1 % at", |one| digits(one.adds_one_percent_at.y, 3))
-                .numbers("z: 1 % at", |one| digits(one.adds_one_percent_at.z, 3)),
+                .numbers_each(share_heads(), |one| one.share.each().map(percent))
+                .numbers_each(AXES.map(|axis| format!("{axis}: 1 % at")), |one| {
+                    one.adds_one_percent_at.each().map(|at| digits(at, 3))
+                }),
         );
         document.paragraph(
             "Share: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.",

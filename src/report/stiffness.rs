@@ -2,7 +2,7 @@
 
 use indexmap::IndexSet;
 
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
@@ -11,7 +11,7 @@ use crate::stiffness::{
 };
 
 use super::hysteresis::hysteresis_document;
-use super::text::{or_dash, significant, value_and_u};
+use super::text::{or_dash, significant, with_u};
 use crate::count::{counted, degrees_of_freedom};
 
 /// What stands behind a stiffness whose flags put it in doubt.
@@ -29,25 +29,21 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
             "K of {cells} is in doubt (?): the flags below give the reasons."
         ));
     }
-    let rows = table.cells.iter().map(|cell| {
-        let methods = [Method::Regression, Method::PaperMean];
-        (cell, methods.map(|method| printed(&reported(cell, method))))
-    });
     document.table(
-        Table::of(rows)
-            .words("pose", |(row, _)| row.cell.pose.to_string())
-            .words("direction", |(row, _)| row.cell.direction.to_string())
-            .numbers("runs", |(row, _)| row.n_runs.to_string())
-            .numbers("K regression, N/µm", |(row, [own, _])| {
-                own[0].clone() + if is_in_doubt(row) { IN_DOUBT } else { "" }
+        Table::of(&table.cells)
+            .words("pose", |row| &row.cell.pose)
+            .words("direction", |row| row.cell.direction)
+            .numbers("runs", |row| row.n_runs)
+            .numbers_each(["K regression, N/µm", "U", "k", "dof"], |row| {
+                let [value, u, k, dof] = printed(&reported(row, Method::Regression));
+                let doubt = if is_in_doubt(row) { IN_DOUBT } else { "" };
+                [value + doubt, u, k, dof]
             })
-            .numbers("U", |(_, [own, _])| own[1].clone())
-            .numbers("k", |(_, [own, _])| own[2].clone())
-            .numbers("dof", |(_, [own, _])| own[3].clone())
-            .numbers("K mean of F/d, N/µm", |(_, [_, paper])| paper[0].clone())
-            .numbers("U", |(_, [_, paper])| paper[1].clone())
-            .numbers("k", |(_, [_, paper])| paper[2].clone())
-            .numbers("zero offset, µm", |(row, _)| {
+            .numbers_each(["K mean of F/d, N/µm", "U", "k"], |row| {
+                let [value, u, k, _] = printed(&reported(row, Method::PaperMean));
+                [value, u, k]
+            })
+            .numbers("zero offset, µm", |row| {
                 or_dash(row.zero_offset_m(), |offset| {
                     format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0)
                 })
@@ -80,11 +76,8 @@ pub fn stiffness_document(table: &StiffnessTable, with_budget: bool) -> Document
             document.item(format!("flag, {}: {flag}", cell.cell));
         }
     }
-    for skipped in &table.skipped {
-        document.item(format!(
-            "not in the table: {}: {}",
-            skipped.cell, skipped.reason
-        ));
+    for one in &table.skipped {
+        document.item(format!("not in the table: {}: {}", one.cell, one.reason));
     }
     document.section("Hysteresis", loops_document(table));
     if with_budget {
@@ -172,8 +165,7 @@ pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
 
 /// Value, U, k and dof of a stiffness in N/µm, as printed.
 pub(super) fn printed(stiffness: &Reported) -> [String; 4] {
-    let both = [stiffness.value, stiffness.expanded_uncertainty];
-    let [value, u] = value_and_u(both, 5, "-");
+    let [value, u] = with_u(stiffness, 5);
     if u == "-" {
         return [value, u.clone(), u.clone(), u];
     }
@@ -214,20 +206,23 @@ pub(super) fn budget_document(table: &StiffnessTable) -> Document {
         let distribution = format!("{:?}", row.distribution).to_lowercase();
         format!("{} ({:?}, {distribution})", row.source, row.evaluation)
     });
-    let columns = std::iter::once(words("pose, direction")).chain(sources.map(numbers));
-    let mut rows = Table::new(columns.chain(["combined", "dof"].map(numbers)));
-    for (row, one) in &found {
-        let own = counted
-            .iter()
-            .filter_map(|place| one.budget.rows.get(*place));
-        let combined = significant(one.estimate.standard_uncertainty / N_PER_UM, 3);
-        let cells = std::iter::once(row.cell.to_string()).chain(own.map(contribution));
-        rows.row(cells.chain([combined, whole_dof(Some(one.estimate.dof))]));
-    }
     let mut document = Document::of(
         "Standard uncertainties of K by regression in N/µm, in parentheses the share of the variance. A: from the scatter of readings; B: from other knowledge.",
     );
-    document.table(rows);
+    document.table(
+        Table::of(&found)
+            .words("pose, direction", |(row, _)| &row.cell)
+            .numbers_each(sources, |(_, one)| {
+                let own = counted
+                    .iter()
+                    .filter_map(|place| one.budget.rows.get(*place));
+                own.map(contribution).collect::<Vec<_>>()
+            })
+            .numbers("combined", |(_, one)| {
+                significant(one.estimate.standard_uncertainty / N_PER_UM, 3)
+            })
+            .numbers("dof", |(_, one)| whole_dof(Some(one.estimate.dof))),
+    );
     for place in others {
         let row = &first.budget.rows[place];
         document.pair(row.source.to_string(), use_words(row.standing));

@@ -5,6 +5,7 @@ use stiffbench_document::sign_of;
 pub use crate::digits::significant;
 use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::reported::Reported;
 use crate::stiffness::format_value_uncertainty;
 
 /// What a value is printed as, or a dash where there is none.
@@ -34,6 +35,11 @@ pub(super) fn value_and_u(
     }
     let alone = value.map(|value| significant(value, digits));
     [alone.unwrap_or_else(|| none.to_owned()), none.to_owned()]
+}
+
+/// A reported value and its expanded uncertainty, or a dash.
+pub(super) fn with_u(value: &Reported, digits: usize) -> [String; 2] {
+    value_and_u([value.value, value.expanded_uncertainty], digits, "-")
 }
 
 /// A name with its unit; that of a plain number is not said.

@@ -3,14 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use stiffbench_document::{Document, Table, TableColumn, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::{AxisValues, VectorStiffness, VectorStiffnessCell};
-use crate::reported::Reported;
 use crate::test_point::PoseId;
 
 use super::hysteresis::hysteresis_document;
-use super::text::value_and_u;
+use super::text::with_u;
 
 /// Metres per newton in a millimetre per newton.
 const MM_PER_N: f64 = 1e-3;
@@ -56,22 +55,17 @@ impl VectorStiffnessReport {
     /// The tables, and what their values are.
     #[must_use]
     pub fn document(&self) -> Document {
-        let rows = self.cells.iter().map(|cell| {
-            let AxisValues { x, y, z } = &cell.compliance;
-            let named = [
-                cell.pose.to_string(),
-                cell.direction.clone(),
-                cell.runs.to_string(),
-            ];
-            (named, vec![x, y, z, &cell.stiffness])
-        });
-        let values = ["x, µm/N", "y, µm/N", "z, µm/N", "K along the load, N/µm"];
         let mut document = Document::new();
-        document.table(table_with_u(
-            [words("pose"), words("load along"), numbers("runs")],
-            &values,
-            rows,
-        ));
+        document.table(
+            Table::of(&self.cells)
+                .words("pose", |cell| &cell.pose)
+                .words("load along", |cell| &cell.direction)
+                .numbers("runs", |cell| cell.runs)
+                .numbers_each(axes_with_u("µm/N"), |cell| of_axes(&cell.compliance))
+                .numbers_each(["K along the load, N/µm", "U"], |cell| {
+                    with_u(&cell.stiffness, 4)
+                }),
+        );
         document.paragraph(
             "Displacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes. \
              U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines; \
@@ -85,7 +79,13 @@ impl VectorStiffnessReport {
         document.section("Hysteresis", hysteresis_document(&loops));
         if let Some(rows) = &self.static_compliance {
             document.paragraph("Static compliance (ISO 9283), mm/N in the base frame");
-            document.table(static_compliance(rows));
+            document.table(
+                Table::of(rows)
+                    .words("pose", |row| &row.pose)
+                    .words("force along", |row| &row.direction)
+                    .numbers("force, N", |row| format!("{:.1}", row.force_n))
+                    .numbers_each(axes_with_u("mm/N"), |row| of_axes(&row.compliance)),
+            );
             document.paragraph(
                 "Displacement at the largest force per that force, averaged over the repeats.",
             );
@@ -95,36 +95,16 @@ impl VectorStiffnessReport {
 }
 
 /// The table of ISO 9283.
-fn static_compliance(rows: &[StaticComplianceRow]) -> Table {
-    let rows = rows.iter().map(|row| {
-        let AxisValues { x, y, z } = &row.compliance;
-        let force = format!("{:.1}", row.force_n);
-        let named = [row.pose.to_string(), row.direction.clone(), force];
-        (named, vec![x, y, z])
-    });
-    let values = ["x, mm/N", "y, mm/N", "z, mm/N"];
-    table_with_u(
-        [words("pose"), words("force along"), numbers("force, N")],
-        &values,
-        rows,
-    )
+/// Heads of the columns of values along the base axes, each with its expanded uncertainty.
+fn axes_with_u(unit: &str) -> impl Iterator<Item = String> {
+    let axes = ["x", "y", "z"].into_iter();
+    axes.flat_map(move |axis| [format!("{axis}, {unit}"), "U".to_owned()])
 }
 
-/// A table of values, each with its expanded uncertainty.
-fn table_with_u<'r>(
-    names: [TableColumn; 3],
-    values: &[&str],
-    rows: impl Iterator<Item = ([String; 3], Vec<&'r Reported>)>,
-) -> Table {
-    let columns = values.iter().flat_map(|value| [*value, "U"].map(numbers));
-    let mut table = Table::new(names.into_iter().chain(columns));
-    for (named, values) in rows {
-        let values = values
-            .into_iter()
-            .flat_map(|value| value_and_u([value.value, value.expanded_uncertainty], 4, "-"));
-        table.row(named.into_iter().chain(values));
-    }
-    table
+/// Values along the base axes, each with its expanded uncertainty.
+fn of_axes(AxisValues { x, y, z }: &AxisValues) -> Vec<String> {
+    let values = [x, y, z].into_iter();
+    values.flat_map(|value| with_u(value, 4)).collect()
 }
 
 impl From<&VectorStiffness> for StaticComplianceRow {

@@ -108,6 +108,18 @@ impl Document {
         document
     }
 
+    /// A list under its heading; empty without entries.
+    #[must_use]
+    pub fn list_under(
+        heading: impl Into<String>,
+        texts: impl IntoIterator<Item: Into<String>>,
+    ) -> Self {
+        let (mut document, mut list) = (Self::new(), Self::new());
+        list.items(texts);
+        document.section(heading, list);
+        document
+    }
+
     /// Whether it has no block.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -146,10 +158,24 @@ impl Document {
         self.blocks.push(DocumentBlock::Paragraph { text });
     }
 
+    /// Adds paragraphs.
+    pub fn paragraphs(&mut self, texts: impl IntoIterator<Item: Into<String>>) {
+        for text in texts {
+            self.paragraph(text);
+        }
+    }
+
     /// Adds a paragraph that stands out.
     pub fn note(&mut self, note: NoteKind, text: impl Into<String>) {
         let text = text.into();
         self.blocks.push(DocumentBlock::Note { note, text });
+    }
+
+    /// Adds entries to the list at the end, or begins one.
+    pub fn items(&mut self, texts: impl IntoIterator<Item: Into<String>>) {
+        for text in texts {
+            self.item(text);
+        }
     }
 
     /// Adds an entry to the list at the end, or begins one.

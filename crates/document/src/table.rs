@@ -159,6 +159,20 @@ impl<T> TableOf<T> {
         self.column(numbers(head), cell)
     }
 
+    /// Adds columns of numbers whose cells come together.
+    #[must_use]
+    pub fn numbers_each<C: IntoIterator<Item: Into<TableCell>>>(
+        mut self,
+        heads: impl IntoIterator<Item: Into<String>>,
+        cells: impl Fn(&T) -> C,
+    ) -> Self {
+        self.table.columns.extend(heads.into_iter().map(numbers));
+        for (row, thing) in self.table.rows.iter_mut().zip(&self.things) {
+            row.extend(cells(thing).into_iter().map(Into::into));
+        }
+        self
+    }
+
     /// Adds columns if a condition holds.
     #[must_use]
     pub fn when(self, holds: bool, add: impl FnOnce(Self) -> Self) -> Self {

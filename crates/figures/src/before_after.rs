@@ -2,8 +2,8 @@
 
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::caption::{counted, flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::caption::{counted_sentence, flagged_entry, hollow_sentence, joined};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Sharing, Style};
 use super::palette::{Colour, Marker};
 use super::quantities::{AxisQuantity, Quantities};
 use super::residuals::mark_style;
@@ -138,25 +138,18 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
     };
     let mut panel = Panel::new(title, x, reading.axis_of(y));
     for band in bands(input, &points) {
-        panel.series.push(Series::labelled(
+        panel.draw_named(
             "± one standard deviation of the noise",
             Style::new(Colour::GREY.with_opacity(0.35), Marker::Square),
             Marks::Band(band),
-        ));
+        );
     }
-    panel.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
-        Marks::LevelAt(0.0),
-    ));
-    let drawn = points.iter().map(|point| FigurePoint {
-        hollow: point.flagged,
-        ..FigurePoint::new(across(input, point), reading.shown(row.residual_m(point)))
+    panel.draw(Style::line(Colour::INK, 1.0), Marks::LevelAt(0.0));
+    let drawn = points.iter().map(|point| {
+        FigurePoint::new(across(input, point), reading.shown(row.residual_m(point)))
+            .hollow(point.flagged)
     });
-    panel.series.push(Series::labelled(
-        label,
-        mark_style(direction),
-        Marks::Points(drawn.collect()),
-    ));
+    panel.draw_named(label, mark_style(direction), Marks::Points(drawn.collect()));
     panel
 }
 
@@ -264,12 +257,10 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
         (flagged > 0).then(|| "Flagged readings are not in the rms.".to_owned()),
         within(input),
         hollow_sentence(flagged),
-        if_any(
+        counted_sentence(
             unknown,
-            format!(
-                "{} no standard deviation and no part in the band.",
-                counted(unknown, "reading has", "readings have")
-            ),
+            ["reading has", "readings have"],
+            "no standard deviation and no part in the band.",
         ),
     ])
 }

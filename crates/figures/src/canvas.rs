@@ -137,25 +137,19 @@ impl Canvas<'_> {
 
     /// A filled disc.
     pub(super) fn disc(&mut self, centre: [f64; 2], radius_px: f64, colour: Colour) {
-        self.backend
-            .draw_circle(
-                place(centre),
-                units(radius_px).unsigned_abs(),
-                &shape(colour, 0.0),
-                true,
-            )
-            .expect(NEVER_FAILS);
+        self.circle(centre, radius_px, shape(colour, 0.0), true);
     }
 
     /// A circle's outline.
     pub(super) fn ring(&mut self, centre: [f64; 2], radius_px: f64, stroke: Stroke) {
+        let style = shape(stroke.colour, stroke.width_px);
+        self.circle(centre, radius_px, style, false);
+    }
+
+    fn circle(&mut self, centre: [f64; 2], radius_px: f64, style: ShapeStyle, is_filled: bool) {
+        let radius = units(radius_px).unsigned_abs();
         self.backend
-            .draw_circle(
-                place(centre),
-                units(radius_px).unsigned_abs(),
-                &shape(stroke.colour, stroke.width_px),
-                false,
-            )
+            .draw_circle(place(centre), radius, &style, is_filled)
             .expect(NEVER_FAILS);
     }
 

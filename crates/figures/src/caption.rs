@@ -53,6 +53,20 @@ pub(super) fn hollow_sentence(count: usize) -> Option<String> {
     }
 }
 
+/// That hollow points are of poses which the fit did not know, as a sentence; `None` for no such point.
+pub(super) fn held_out_sentence(count: usize) -> Option<String> {
+    if_any(
+        count,
+        format!("{count} hollow points: the fit did not know their pose."),
+    )
+}
+
+/// A sentence about so many things, in the singular or the plural; `None` for none.
+pub(super) fn counted_sentence(count: usize, subject: [&str; 2], rest: &str) -> Option<String> {
+    let [one, many] = subject;
+    if_any(count, format!("{} {rest}", counted(count, one, many)))
+}
+
 /// A count with what is counted: `1 point is`, `2 points are`.
 pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
@@ -77,11 +91,11 @@ pub(super) fn flagged_entry(count: usize) -> Vec<LegendEntry> {
     if count == 0 {
         return Vec::new();
     }
-    vec![LegendEntry {
-        label: "flagged".to_owned(),
-        style: Style::new(Colour::INK, Marker::Circle),
-        sample: LegendMark::HollowPoint,
-    }]
+    vec![LegendEntry::new(
+        "flagged",
+        Style::new(Colour::INK, Marker::Circle),
+        LegendMark::HollowPoint,
+    )]
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, AxisScale, Panel};
 use super::palette::{Colour, diverging, lightening};
-use super::range::spread;
+use super::range::{finite_ends, spread};
 use super::ticks::{Tick, ticks};
 use super::value_table::colour_bar;
 
@@ -26,9 +26,7 @@ pub(super) struct ColourScale {
 impl ColourScale {
     /// Scale of a quantity over the span of its values; without any value it runs from 0 to 1.
     pub(super) fn of(quantity: &str, unit: &str, values: impl Iterator<Item = f64>) -> Self {
-        let spans = values.filter(|v| v.is_finite()).map(|value| [value, value]);
-        let span = spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let [low, high] = apart(span.unwrap_or([0.0, 1.0]));
+        let [low, high] = apart(finite_ends(values).unwrap_or([0.0, 1.0]));
         let axis = if low > 0.0 && high / low > EVEN_UP_TO {
             Axis::log10(quantity, unit)
         } else {
@@ -44,36 +42,27 @@ impl ColourScale {
 
     /// Scale of a change: equal colours mean equally far up and down; what no value reaches is not shown.
     pub(super) fn of_change(quantity: &str, unit: &str, values: impl Iterator<Item = f64>) -> Self {
-        let [low, high] = values
-            .filter(|v| v.is_finite())
-            .fold([0.0_f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
+        let [low, high] = finite_ends(values.chain([0.0])).unwrap_or([0.0; 2]);
         let most = if high > low { high.max(-low) } else { 1.0 };
-        Self {
-            axis: Axis::linear(quantity, unit),
-            range: [-most, most],
-            shown: if high > low {
-                [low, high]
-            } else {
-                [-most, most]
-            },
-            is_diverging: true,
-        }
+        let range = [-most, most];
+        Self::diverging(Axis::linear(quantity, unit), range, [low, high])
     }
 
     /// Scale of a ratio: equal colours mean equally many times as much and as little.
     pub(super) fn of_ratio(quantity: &str, values: impl Iterator<Item = f64>) -> Self {
-        let [low, high] = values
-            .filter(|v| v.is_finite() && *v > 0.0)
-            .fold([1.0_f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
+        let ratios = values.filter(|ratio| *ratio > 0.0).chain([1.0]);
+        let [low, high] = finite_ends(ratios).unwrap_or([1.0; 2]);
         let most = if high > low { high.max(1.0 / low) } else { 2.0 };
+        let range = [1.0 / most, most];
+        Self::diverging(Axis::log10(quantity, ""), range, [low, high])
+    }
+
+    /// A scale with white in the middle of its range, of which so much is found; all of it is shown where nothing changes.
+    fn diverging(axis: Axis, range: [f64; 2], [low, high]: [f64; 2]) -> Self {
         Self {
-            axis: Axis::log10(quantity, ""),
-            range: [1.0 / most, most],
-            shown: if high > low {
-                [low, high]
-            } else {
-                [1.0 / most, most]
-            },
+            axis,
+            range,
+            shown: if high > low { [low, high] } else { range },
             is_diverging: true,
         }
     }

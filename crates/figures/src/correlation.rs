@@ -1,9 +1,7 @@
 //! Correlations of a fit as a coloured table with its numbers.
 
 use super::caption::{if_any, joined};
-use super::figure::{
-    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
-};
+use super::figure::{Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Style};
 use super::palette::{Colour, Marker, diverging};
 use super::ticks::signed;
 use super::value_table::HALF;
@@ -43,11 +41,13 @@ pub fn correlation(input: &Correlation) -> Figure {
             let at = [column as f64, row as f64];
             polygons.push(Polygon::square(at, HALF, colour));
             notes.push(FigureNote {
-                at,
-                text: entry.map_or_else(|| "–".to_owned(), |entry| signed(entry, 2)),
                 colour: colour.readable_ink(),
-                size_px,
-                placement: NotePlacement::Centred,
+                ..FigureNote::new(
+                    at,
+                    entry.map_or_else(|| "–".to_owned(), |entry| signed(entry, 2)),
+                    size_px,
+                    NotePlacement::Centred,
+                )
             });
         }
     }
@@ -62,15 +62,12 @@ pub fn correlation(input: &Correlation) -> Figure {
     let mut panel = Panel::new(
         "",
         Axis::categories("", input.names.clone()),
-        Axis {
-            reversed: true,
-            ..Axis::categories("", input.names.clone())
-        },
+        Axis::rows(input.names.clone()),
     );
-    panel.series.push(Series::new(
+    panel.draw(
         Style::new(Colour::INK, Marker::Square),
         Marks::Polygons(polygons),
-    ));
+    );
     panel.notes = notes;
     Figure {
         panel_px: [cell_px * n.max(1) as f64; 2],

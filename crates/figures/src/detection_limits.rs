@@ -1,10 +1,8 @@
 //! The smallest effect that would have been found, for every law at its best and worst place.
 
 use super::before_after::three_digits;
-use super::caption::{counted, if_any, joined};
-use super::figure::{
-    Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Series, Style,
-};
+use super::caption::{counted_sentence, joined};
+use super::figure::{Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Style};
 use super::font;
 use super::palette::{Colour, Marker, qualitative};
 use super::quantities::AxisQuantity;
@@ -68,17 +66,14 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
                 &input.reading.unit,
             )
         },
-        Axis {
-            reversed: true,
-            ..Axis::categories("", rows.iter().map(|row| row.law.to_owned()).collect())
-        },
+        Axis::rows(rows.iter().map(|row| row.law.to_owned()).collect()),
     );
     if let Some(sd_m) = input.reading_sd_m {
-        panel.series.push(Series::labelled(
+        panel.draw_named(
             "standard deviation of one reading",
-            Style::new(Colour::GREY, Marker::Dot).stroke(1.2).dashed(),
+            Style::line(Colour::GREY, 1.2).dashed(),
             Marks::UprightAt(input.reading.shown(sd_m)),
-        ));
+        );
     }
     push_points(&mut panel, &rows);
     // Where the note of a row without points is placed: in the middle of the axis.
@@ -143,10 +138,7 @@ fn push_points(panel: &mut Panel, rows: &[LawRow<'_>]) {
             between.extend(others.iter().map(|(effect, _)| at(*effect)));
         }
     }
-    panel.series.push(Series::new(
-        Style::new(Colour::GREY, Marker::Dot).stroke(1.2),
-        Marks::Segments(spans),
-    ));
+    panel.draw(Style::line(Colour::GREY, 1.2), Marks::Segments(spans));
     let looks = [
         (
             "best place",
@@ -165,7 +157,7 @@ fn push_points(panel: &mut Panel, rows: &[LawRow<'_>]) {
         ),
     ];
     for (label, points, style) in looks {
-        panel.push(Series::labelled(label, style, Marks::Points(points)));
+        panel.draw_named(label, style, Marks::Points(points));
     }
 }
 
@@ -188,12 +180,13 @@ fn texts(row: &LawRow<'_>) -> Option<[(f64, String); 2]> {
 }
 
 fn notes(place: f64, middle: f64, row: &LawRow<'_>) -> Vec<FigureNote> {
-    let note = |effect: f64, text: String, side: f64| FigureNote {
-        at: [effect, place],
-        text,
-        colour: Colour::INK,
-        size_px: TEXT_PX,
-        placement: NotePlacement::Toward([side, 0.0]),
+    let note = |effect: f64, text: String, side: f64| {
+        FigureNote::new(
+            [effect, place],
+            text,
+            TEXT_PX,
+            NotePlacement::Toward([side, 0.0]),
+        )
     };
     let Some([(first, left), (last, right)]) = texts(row) else {
         let mut untestable = note(middle, "not testable with these data".to_owned(), 1.0);
@@ -250,16 +243,13 @@ fn caption(rows: &[LawRow<'_>], reading: &AxisQuantity) -> String {
         Some(format!(
             "End effect: largest change of a reading{unit}; the number stands beside its place. A line joins the best and the worst place of a law."
         )),
-        if_any(
+        counted_sentence(
             unknown,
-            format!(
-                "{} not testable with these data and not drawn.",
-                counted(
-                    unknown,
-                    "combination of law and place is",
-                    "combinations of law and place are"
-                )
-            ),
+            [
+                "combination of law and place is",
+                "combinations of law and place are",
+            ],
+            "not testable with these data and not drawn.",
         ),
     ])
 }

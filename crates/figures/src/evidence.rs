@@ -1,9 +1,7 @@
 //! Evidence of the data for each candidate physics.
 
-use super::caption::{counted, if_any, joined};
-use super::figure::{
-    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
-};
+use super::caption::{counted_sentence, joined};
+use super::figure::{Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Style};
 use super::font;
 use super::hatching::hatching;
 use super::palette::{Colour, Marker, qualitative};
@@ -170,48 +168,41 @@ fn panel(candidates: &[&EvidenceCandidate], band: AlikeBand) -> Panel {
     let range = range(candidates, band);
     let mut panel = Panel::new(
         "",
-        Axis {
-            range: Some(range),
-            ..Axis::linear(
-                "log Bayes factor against the baseline, natural logarithm",
-                "",
-            )
-        },
-        Axis {
-            reversed: true,
-            ..Axis::categories("", names)
-        },
+        Axis::linear(
+            "log Bayes factor against the baseline, natural logarithm",
+            "",
+        )
+        .within(range),
+        Axis::rows(names),
     );
     if !candidates.is_empty() {
         // A line and no ground: texts beside bars cross it.
         let ends = [-0.5, candidates.len() as f64 - 0.5].map(|row| [band.lowest(), row]);
-        panel.series.push(Series::labelled(
+        panel.draw_named(
             format!(
                 "{} below the best: beyond it those alike are indistinguishable",
                 band.width
             ),
             Style::new(Colour::GREY, Marker::Dash).stroke(1.2).dashed(),
             Marks::Segments(vec![ends]),
-        ));
+        );
     }
     for look in BarLook::FILLED {
         push_filled(&mut panel, candidates, band, look);
     }
     let units_per_px = (range[1] - range[0]) / WIDTH_PX;
     push_hollow(&mut panel, candidates, units_per_px);
-    panel.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
-        Marks::UprightAt(0.0),
-    ));
+    panel.draw(Style::line(Colour::INK, 1.0), Marks::UprightAt(0.0));
     panel.notes = candidates
         .iter()
         .enumerate()
-        .map(|(place, candidate)| FigureNote {
-            at: [candidate.log_bayes_factor.max(0.0), place as f64],
-            text: text(candidate),
-            colour: Colour::INK,
-            size_px: TEXT_PX,
-            placement: NotePlacement::Toward([1.0, 0.0]),
+        .map(|(place, candidate)| {
+            FigureNote::new(
+                [candidate.log_bayes_factor.max(0.0), place as f64],
+                text(candidate),
+                TEXT_PX,
+                NotePlacement::Toward([1.0, 0.0]),
+            )
         })
         .collect();
     panel
@@ -231,7 +222,7 @@ fn push_filled(
         .map(|(place, candidate)| bar(place, candidate, colour))
         .collect();
     let style = Style::new(colour, Marker::Square);
-    panel.push(Series::labelled(label, style, Marks::Polygons(bars)));
+    panel.draw_named(label, style, Marks::Polygons(bars));
 }
 
 /// Bars of impossible candidates: an outline with hatching.
@@ -246,7 +237,7 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
         lines.extend(hatching([&corners[0], &corners[2]], ROW_PX, units_per_px));
     }
     let style = Style::new(Colour::INK, Marker::Square).stroke(0.8);
-    panel.push(Series::new(style, Marks::Segments(lines)));
+    panel.draw(style, Marks::Segments(lines));
 }
 
 fn bar(place: usize, candidate: &EvidenceCandidate, colour: Colour) -> Polygon {
@@ -311,27 +302,23 @@ fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -
                 .to_owned(),
         ),
         (!is_named).then(|| "No candidate is named.".to_owned()),
-        if_any(
+        counted_sentence(
             impossible,
-            format!(
-                "{} well only with a value that cannot be, and the bar is what the evidence would have been with it.",
-                counted(impossible, "hatched candidate fits", "hatched candidates fit")
-),
+            ["hatched candidate fits", "hatched candidates fit"],
+            "well only with a value that cannot be, and the bar is what the evidence would have been with it.",
         ),
-        if_any(
+        counted_sentence(
             left_out,
-            format!(
-                "{} with less evidence {} not drawn.",
-                counted(left_out, "further candidate", "further candidates"),
-                if left_out == 1 { "is" } else { "are" }
-            ),
+            [
+                "further candidate with less evidence is",
+                "further candidates with less evidence are",
+            ],
+            "not drawn.",
         ),
-        if_any(
+        counted_sentence(
             unknown,
-            format!(
-                "{} without a finite value and not drawn.",
-                counted(unknown, "candidate is", "candidates are")
-            ),
+            ["candidate is", "candidates are"],
+            "without a finite value and not drawn.",
         ),
     ])
 }

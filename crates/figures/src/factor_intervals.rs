@@ -1,7 +1,7 @@
 //! Fitting factors with their intervals and bounds.
 
 use super::caption::{if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Polygon, Series, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Polygon, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Colour of what the bounds allow.
@@ -79,10 +79,7 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
     let mut panel = Panel::new(
         "",
         Axis::log10("fitting factor, multiple of the nominal constant", ""),
-        Axis {
-            reversed: true,
-            ..Axis::categories("", names)
-        },
+        Axis::rows(names),
     );
     let bounds: Vec<Polygon> = input
         .factors
@@ -94,11 +91,11 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
             Some(Polygon::rectangle(factor.bounds?, across, ALLOWED))
         })
         .collect();
-    panel.push(Series::labelled(
+    panel.draw_named(
         "allowed by the bounds",
         Style::new(ALLOWED, Marker::Square),
         Marks::Polygons(bounds),
-    ));
+    );
     for fate in FactorFate::ALL {
         let points: Vec<FigurePoint> = input
             .factors
@@ -112,8 +109,8 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
             .collect();
         let (label, style) = fate.mark_style();
         let others = other_parts(&input.factors, fate);
-        panel.push(Series::new(style, Marks::Segments(others)));
-        panel.push(Series::labelled(label, style, Marks::Points(points)));
+        panel.draw(style, Marks::Segments(others));
+        panel.draw_named(label, style, Marks::Points(points));
     }
     let without = input
         .factors

@@ -1,6 +1,6 @@
 //! Fitting factors without and with what was found.
 
-use super::caption::{counted, if_any, joined};
+use super::caption::{counted_sentence, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 use super::ticks::signed;
@@ -45,20 +45,17 @@ pub fn factor_shift(input: &FactorShift) -> Figure {
     let mut panel = Panel::new(
         "",
         Axis::log10("fitting factor, multiple of its value before", ""),
-        Axis {
-            reversed: true,
-            ..Axis::categories("", names)
-        },
+        Axis::rows(names),
     );
-    panel.series.push(Series::new(
-        Style::new(Colour::GREY, Marker::Dot).stroke(1.0).dashed(),
+    panel.draw(
+        Style::line(Colour::GREY, 1.0).dashed(),
         Marks::UprightAt(1.0),
-    ));
+    );
     for place in 1..input.factors.len() {
-        panel.series.push(Series::new(
-            Style::new(Colour::FAINT, Marker::Dot).stroke(0.8),
+        panel.draw(
+            Style::line(Colour::FAINT, 0.8),
             Marks::LevelAt(place as f64 - 0.5),
-        ));
+        );
     }
     let before = Style::new(qualitative(1), Marker::Circle);
     let after = Style::new(qualitative(0), Marker::Square);
@@ -137,10 +134,7 @@ fn caption(input: &FactorShift) -> String {
             "{moved} of {} factors moved so far that each value lies outside the other's interval.",
             input.factors.len()
         )),
-        if_any(
-            without,
-            format!("{} no interval.", counted(without, "value has", "values have")),
-        ),
+        counted_sentence(without, ["value has", "values have"], "no interval."),
     ])
 }
 

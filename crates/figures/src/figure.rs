@@ -120,10 +120,17 @@ impl Panel {
         }
     }
 
-    /// Adds marks over those that there are; a series without any leaves no entry in the legend.
-    pub(super) fn push(&mut self, series: Series) {
-        if !series.marks.is_empty() {
-            self.series.push(series);
+    /// Adds marks, if there are any, over those before.
+    pub(super) fn draw(&mut self, style: Style, marks: Marks) {
+        if !marks.is_empty() {
+            self.series.push(Series::new(style, marks));
+        }
+    }
+
+    /// The same with an entry in the legend.
+    pub(super) fn draw_named(&mut self, label: impl Into<String>, style: Style, marks: Marks) {
+        if !marks.is_empty() {
+            self.series.push(Series::labelled(label, style, marks));
         }
     }
 }
@@ -176,6 +183,22 @@ impl Axis {
             scale: AxisScale::Categories(names),
             grid: false,
             ..Self::linear(quantity, "")
+        }
+    }
+
+    /// A vertical axis of names from the top down.
+    pub(super) fn rows(names: Vec<String>) -> Self {
+        Self {
+            reversed: true,
+            ..Self::categories("", names)
+        }
+    }
+
+    /// The same axis with fixed ends.
+    pub(super) fn within(self, range: [f64; 2]) -> Self {
+        Self {
+            range: Some(range),
+            ..self
         }
     }
 }
@@ -252,6 +275,12 @@ impl Style {
         }
     }
 
+    /// The look of a line, which has no points.
+    #[must_use]
+    pub fn line(colour: Colour, stroke_px: f64) -> Self {
+        Self::new(colour, Marker::Dot).stroke(stroke_px)
+    }
+
     /// The look of the n-th series: differs from all others in colour and in shape.
     #[must_use]
     pub fn nth(n: usize) -> Self {
@@ -304,7 +333,7 @@ pub enum Marks {
 }
 
 impl Marks {
-    fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         match self {
             Self::Points(points) => points.is_empty(),
             Self::Line(points) | Self::Steps(points) => points.is_empty(),
@@ -348,9 +377,13 @@ impl FigurePoint {
     pub(super) fn of_reading(x: f64, y: f64, bar: Option<f64>, flagged: bool) -> Self {
         Self {
             y_bar: bar.map(|half| [y - half, y + half]),
-            hollow: flagged,
-            ..Self::new(x, y)
+            ..Self::new(x, y).hollow(flagged)
         }
+    }
+
+    /// The same point, as an outline where this holds.
+    pub(super) fn hollow(self, hollow: bool) -> Self {
+        Self { hollow, ..self }
     }
 }
 
@@ -397,6 +430,24 @@ pub struct FigureNote {
     pub placement: NotePlacement,
 }
 
+impl FigureNote {
+    /// A note in ink.
+    pub(super) fn new(
+        at: [f64; 2],
+        text: impl Into<String>,
+        size_px: f64,
+        placement: NotePlacement,
+    ) -> Self {
+        Self {
+            at,
+            text: text.into(),
+            colour: Colour::INK,
+            size_px,
+            placement,
+        }
+    }
+}
+
 /// Where a note stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotePlacement {
@@ -418,6 +469,17 @@ pub struct LegendEntry {
     pub style: Style,
     /// What is shown of it.
     pub sample: LegendMark,
+}
+
+impl LegendEntry {
+    /// An entry with its look.
+    pub(super) fn new(label: impl Into<String>, style: Style, sample: LegendMark) -> Self {
+        Self {
+            label: label.into(),
+            style,
+            sample,
+        }
+    }
 }
 
 /// What a legend entry shows.

@@ -2,10 +2,13 @@
 
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::caption::{Bar, counted, flagged_entry, hollow_sentence, if_any, joined};
+use super::caption::{
+    Bar, counted, counted_sentence, flagged_entry, hollow_sentence, if_any, joined,
+};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
-use super::palette::{Colour, Marker, qualitative};
+use super::palette::{Colour, qualitative};
 use super::quantities::Quantities;
+use super::range::finite_ends;
 use super::residuals::time_unit;
 
 /// Panels that are drawn; more would shrink below what can be read.
@@ -143,10 +146,7 @@ fn caption(input: &FoundLaw, drawn: &[&LawPanel], left_out: usize, flagged: usiz
             input.quantities.reading.name, input.found
         )),
         Some(input.bar.sentence(with_bar.map(|point| point.n))),
-        if_any(
-            without,
-            format!("{} no bar.", counted(without, "point has", "points have")),
-        ),
+        counted_sentence(without, ["point has", "points have"], "no bar."),
         (drawn.len() > 1).then(|| "Every panel has its own scale.".to_owned()),
         if_any(
             left_out,
@@ -174,16 +174,8 @@ fn standing_out(panel: &LawPanel) -> f64 {
 
 /// How far the curves of a panel reach from their lowest to their highest point, m.
 fn reach_m(panel: &LawPanel) -> f64 {
-    let (low, high) = panel
-        .curves
-        .iter()
-        .flat_map(|curve| &curve.points)
-        .map(|[_, y]| *y)
-        .filter(|y| y.is_finite())
-        .fold((f64::MAX, f64::MIN), |(low, high), y| {
-            (low.min(y), high.max(y))
-        });
-    (high - low).max(0.0)
+    let points = panel.curves.iter().flat_map(|curve| &curve.points);
+    finite_ends(points.map(|[_, y]| *y)).map_or(0.0, |[low, high]| high - low)
 }
 
 /// The horizontal axis: its name and how SI values come onto it.
@@ -202,11 +194,7 @@ impl Across {
             let points = panel.points.iter().map(|point| point.at);
             points.chain(curves.map(|[x, _]| *x))
         });
-        let (low, high) = values
-            .filter(|value| value.is_finite())
-            .fold((f64::MAX, f64::MIN), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
+        let [low, high] = finite_ends(values).unwrap_or([f64::MAX, f64::MIN]);
         let plain = |axis, unit| Self {
             axis,
             origin: 0.0,
@@ -253,10 +241,7 @@ fn panel(
         across.axis.clone(),
         reading.axis_of("residual without the law"),
     );
-    panel.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(0.8),
-        Marks::LevelAt(0.0),
-    ));
+    panel.draw(Style::line(Colour::INK, 0.8), Marks::LevelAt(0.0));
     for (place, curve) in law.curves.iter().enumerate() {
         let at = |&[x, y]: &[f64; 2]| [across.place(x), reading.shown(y)];
         let points = curve.points.iter().map(at).collect();
@@ -273,18 +258,13 @@ fn panel(
                 FigurePoint::of_reading(at, reading.shown(point.residual_m), bar, point.flagged)
             })
             .collect();
-        if points.is_empty() {
-            continue;
-        }
         let label = if has_unloading {
             format!("readings, {branch}")
         } else {
             "readings".to_owned()
         };
         let style = Style::nth(place).marker_size(3.0);
-        panel
-            .series
-            .push(Series::labelled(label, style, Marks::Points(points)));
+        panel.draw_named(label, style, Marks::Points(points));
     }
     panel
 }
@@ -292,9 +272,9 @@ fn panel(
 /// A curve with its points in the units of the axes; the first is a full line, all others are broken.
 fn curve_series(place: usize, curve: &LawCurve, mut points: Vec<[f64; 2]>) -> Series {
     let style = match place {
-        0 => Style::new(qualitative(4), Marker::Dot).stroke(1.8),
-        1 => Style::new(Colour::BLACK, Marker::Dot).stroke(1.3).dashed(),
-        n => Style::new(qualitative(n), Marker::Dot).stroke(1.3).dashed(),
+        0 => Style::line(qualitative(4), 1.8),
+        1 => Style::line(Colour::BLACK, 1.3).dashed(),
+        n => Style::line(qualitative(n), 1.3).dashed(),
     };
     let marks = match curve.shape {
         CurveShape::Line => Marks::Line(points),

@@ -4,10 +4,9 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use super::before_after::three_digits;
 use super::caption::{count_range, joined};
-use super::figure::{
-    Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Series, Style,
-};
+use super::figure::{Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Style};
 use super::palette::{Colour, Marker, qualitative};
+use super::range::finite_ends;
 
 /// Errors that differ by more than this factor stand on a logarithmic axis: on an even one the small ones would touch zero.
 const WIDEST_EVEN: f64 = 15.0;
@@ -52,10 +51,10 @@ pub fn held_out_error(input: &HeldOutError) -> Figure {
         let x = place as f64;
         [[x, pose.before], [x, pose.after]]
     });
-    panel.series.push(Series::new(
-        Style::new(Colour::GREY, Marker::Dot).stroke(2.0),
+    panel.draw(
+        Style::line(Colour::GREY, 2.0),
         Marks::Segments(pairs.collect()),
-    ));
+    );
     push_points(&mut panel, input, false);
     push_points(&mut panel, input, true);
     let poses = input.poses.len();
@@ -74,22 +73,12 @@ fn vertical(input: &HeldOutError) -> Axis {
     let name = "rms residual in units of the noise";
     let poses = input.poses.iter();
     let values = poses.flat_map(|pose| [pose.before, pose.after, NOISE_ALONE]);
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::MAX, 0.0_f64), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+    let [low, high] = finite_ends(values).unwrap_or([0.0; 2]);
     if low > 0.0 && high > WIDEST_EVEN * low {
-        return Axis {
-            range: Some([low / 1.4, high * 2.0]),
-            ..Axis::log10(name, "")
-        };
+        return Axis::log10(name, "").within([low / 1.4, high * 2.0]);
     }
     let top = if high > 0.0 { 1.15 * high } else { 1.0 };
-    Axis {
-        range: Some([low.min(0.0), top]),
-        ..Axis::linear(name, "")
-    }
+    Axis::linear(name, "").within([low.min(0.0), top])
 }
 
 fn push_floor(panel: &mut Panel, input: &HeldOutError) {
@@ -97,11 +86,11 @@ fn push_floor(panel: &mut Panel, input: &HeldOutError) {
         let x = place as f64;
         [[x - 0.38, NOISE_ALONE], [x + 0.38, NOISE_ALONE]]
     });
-    panel.push(Series::labelled(
+    panel.draw_named(
         "noise alone",
         Style::new(Colour::INK, Marker::Dash).stroke(1.4).dashed(),
         Marks::Segments(floors.collect()),
-    ));
+    );
 }
 
 fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
@@ -125,19 +114,17 @@ fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
     // The two numbers of a pose stand on different sides, so that they cannot touch when the errors agree; and a little higher than
     // their points, because the noise floor lies below.
     let side = if after { 1.0 } else { -1.0 };
-    panel.notes.extend(
-        places
-            .iter()
-            .filter(|p| p[1].is_finite())
-            .map(|p| FigureNote {
-                at: *p,
-                text: three_digits(p[1]),
-                colour: Colour::INK,
-                size_px: 10.5,
-                placement: NotePlacement::Toward([side, 0.4]),
-            }),
-    );
-    panel.series.push(Series::labelled(
+    panel
+        .notes
+        .extend(places.iter().filter(|p| p[1].is_finite()).map(|p| {
+            FigureNote::new(
+                *p,
+                three_digits(p[1]),
+                10.5,
+                NotePlacement::Toward([side, 0.4]),
+            )
+        }));
+    panel.draw_named(
         label,
         style,
         Marks::Points(
@@ -146,7 +133,7 @@ fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
                 .map(|[x, y]| FigurePoint::new(x, y))
                 .collect(),
         ),
-    ));
+    );
 }
 
 fn caption(input: &HeldOutError) -> String {

@@ -342,11 +342,7 @@ fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
             | Marks::UprightAt(_) => LegendMark::Line,
         };
         match entries.iter_mut().find(|entry| entry.label == *label) {
-            None => entries.push(LegendEntry {
-                label: label.clone(),
-                style: series.style,
-                sample,
-            }),
+            None => entries.push(LegendEntry::new(label.clone(), series.style, sample)),
             Some(entry)
                 if matches!(
                     (entry.sample, sample),

@@ -3,9 +3,10 @@
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::caption::{if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
-use super::palette::{Colour, Marker};
+use super::caption::{held_out_sentence, joined};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Style};
+use super::palette::Colour;
+use super::range::distinct;
 use super::residuals::mark_style;
 
 /// What the figure shows.
@@ -35,12 +36,7 @@ pub struct ComponentPoint {
 /// The figure: measured against predicted on the left, the rest pose by pose on the right; an axis has its own shape and colour.
 #[must_use]
 pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
-    let mut poses: Vec<&PoseId> = Vec::new();
-    for point in &input.points {
-        if !poses.contains(&&point.pose) {
-            poses.push(&point.pose);
-        }
-    }
+    let poses = distinct(input.points.iter().map(|point| &point.pose));
     let um = |metres: f64| metres / METRES_PER_MICROMETRE;
     let mut compared = Panel::new(
         "measured against predicted",
@@ -54,20 +50,17 @@ pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
     let (low, high) = both.fold((0.0_f64, 0.0_f64), |(low, high), m| {
         (low.min(um(m)), high.max(um(m)))
     });
-    compared.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0).dashed(),
+    compared.draw(
+        Style::line(Colour::INK, 1.0).dashed(),
         Marks::Line(vec![[low, low], [high, high]]),
-    ));
+    );
     // Poses have names, too many of them to be written: their place in the table stands below.
     let mut rest = Panel::new(
         "measured − predicted",
         Axis::linear("pose, in the order of the table", ""),
         Axis::linear("measured − predicted", "µm"),
     );
-    rest.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
-        Marks::LevelAt(0.0),
-    ));
+    rest.draw(Style::line(Colour::INK, 1.0), Marks::LevelAt(0.0));
     let place = |pose: &PoseId| {
         let place = poses.iter().position(|known| *known == pose);
         place.map_or(0.0, |place| place as f64 + 1.0)
@@ -77,10 +70,7 @@ pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
         if own().next().is_none() {
             continue;
         }
-        let point = |at: [f64; 2], held_out: bool| FigurePoint {
-            hollow: held_out,
-            ..FigurePoint::new(at[0], at[1])
-        };
+        let point = |at: [f64; 2], held_out: bool| FigurePoint::new(at[0], at[1]).hollow(held_out);
         let pairs = own().map(|p| point([um(p.predicted_m), um(p.measured_m)], p.held_out));
         let left = own().map(|p| {
             let aside = 0.2 * (axis.index() as f64 - 1.0);
@@ -91,11 +81,7 @@ pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
             (&mut compared, pairs.collect::<Vec<_>>()),
             (&mut rest, left.collect()),
         ] {
-            panel.series.push(Series::labelled(
-                axis.to_string(),
-                mark_style(axis),
-                Marks::Points(points),
-            ));
+            panel.draw_named(axis.to_string(), mark_style(axis), Marks::Points(points));
         }
     }
     let held_out = input.points.iter().filter(|point| point.held_out).count();
@@ -111,10 +97,7 @@ pub fn load_case_components(input: &LoadCaseComponents) -> Figure {
                     input.points.len(),
                     poses.len()
                 )),
-                if_any(
-                    held_out,
-                    format!("{held_out} hollow points: the fit did not know their pose."),
-                ),
+                held_out_sentence(held_out),
             ]),
         )
     }

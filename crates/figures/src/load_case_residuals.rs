@@ -4,9 +4,10 @@ use stiffbench_numeric::vector::norm;
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 
 use super::before_after::three_digits;
-use super::caption::{if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::caption::{held_out_sentence, joined};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
+use super::range::finite_ends;
 use super::robot_views::DrawnAxes;
 
 /// Length of the longest vector of a row of panels, as a share of the largest extent of the tool positions.
@@ -45,10 +46,7 @@ pub fn load_case_residuals(input: &LoadCaseResiduals) -> Figure {
     let extent_m = [0, 1, 2]
         .map(|axis| {
             let places = input.vectors.iter().map(|vector| vector.at_m[axis]);
-            let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
-                (low.min(m), high.max(m))
-            });
-            high - low
+            finite_ends(places).map_or(0.0, |[low, high]| high - low)
         })
         .into_iter()
         .fold(LEAST_EXTENT_M, f64::max);
@@ -88,21 +86,18 @@ pub fn load_case_residuals(input: &LoadCaseResiduals) -> Figure {
                     let tip = [0, 1, 2].map(|axis| vector.at_m[axis] + scale * residual[axis]);
                     [view.project(vector.at_m), view.project(tip)]
                 });
-                panel.series.push(Series::new(
+                panel.draw(
                     Style::new(colour, Marker::Dot),
                     Marks::Segments(lines.collect()),
-                ));
+                );
                 let places = input.vectors.iter().map(|vector| {
                     let [x, y] = view.project(vector.at_m);
-                    FigurePoint {
-                        hollow: vector.held_out,
-                        ..FigurePoint::new(x, y)
-                    }
+                    FigurePoint::new(x, y).hollow(vector.held_out)
                 });
-                panel.series.push(Series::new(
+                panel.draw(
                     Style::new(colour, Marker::Dot).marker_size(2.6),
                     Marks::Points(places.collect()),
-                ));
+                );
                 panel
             })
             .collect::<Vec<_>>()
@@ -121,10 +116,7 @@ pub fn load_case_residuals(input: &LoadCaseResiduals) -> Figure {
                     "Measured − model, n\u{a0}=\u{a0}{} load cases: a line from the place of the tool, the dot. Each row has its own scale; components that were not read count as zero.",
                     input.vectors.len()
                 )),
-                if_any(
-                    held_out,
-                    format!("{held_out} hollow points: the fit did not know their pose."),
-                ),
+                held_out_sentence(held_out),
             ]),
         )
     }

@@ -4,8 +4,9 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::caption::{Bar, flagged_entry, hollow_sentence, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Sharing, Style};
 use super::palette::{Marker, qualitative};
+use super::range::distinct;
 
 /// What the figure shows: curves of one or more sessions.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,12 +157,7 @@ fn rows_and_columns(input: &LoadDisplacement) -> (Vec<PoseId>, Vec<Direction>) {
     let marked = input.marked.iter().flat_map(|marked| &marked.points);
     let marked = marked.map(|(pose, direction, _)| (pose, *direction));
     let cells: Vec<(&PoseId, Direction)> = of_curves.chain(marked).collect();
-    let mut poses: Vec<PoseId> = Vec::new();
-    for (pose, _) in &cells {
-        if !poses.contains(pose) {
-            poses.push((*pose).clone());
-        }
-    }
+    let poses = distinct(cells.iter().map(|(pose, _)| (*pose).clone()));
     let directions = Direction::ALL
         .into_iter()
         .filter(|direction| cells.iter().any(|(_, of_cell)| of_cell == direction))
@@ -189,10 +185,7 @@ fn panel(
             // Each session takes two looks, so that its unloading branch differs from all other series too.
             if let Some(line) = &curve.line {
                 let style = Style::nth(2 * place).stroke(1.1);
-                panel.series.push(Series::new(
-                    style,
-                    Marks::Line(line_ends(line, &curve.points)),
-                ));
+                panel.draw(style, Marks::Line(line_ends(line, &curve.points)));
             }
             for branch in [Branch::Loading, Branch::Unloading] {
                 let points: Vec<FigurePoint> = curve
@@ -217,21 +210,18 @@ fn panel(
                 let look = 2 * place + usize::from(branch == Branch::Unloading);
                 if curve.line.is_none() {
                     let joined = points.iter().map(|point| [point.x, point.y]).collect();
-                    panel.series.push(Series::new(
-                        Style::nth(look).stroke(0.8),
-                        Marks::Line(joined),
-                    ));
+                    panel.draw(Style::nth(look).stroke(0.8), Marks::Line(joined));
                 }
                 let label = if has_unloading {
                     format!("{}, {branch}", session.name)
                 } else {
                     session.name.clone()
                 };
-                panel.series.push(Series::labelled(
+                panel.draw_named(
                     label,
                     Style::nth(look).marker_size(2.5),
                     Marks::Points(points),
-                ));
+                );
             }
         }
     }
@@ -242,11 +232,11 @@ fn panel(
             FigurePoint::new(*force_n, displacement_m / METRES_PER_MICROMETRE)
         });
         let marker = Marker::nth(2 * input.sessions.len());
-        panel.push(Series::labelled(
+        panel.draw_named(
             marked.name.clone(),
             Style::new(qualitative(MARKED_COLOUR), marker).marker_size(4.0),
             Marks::Points(points.collect()),
-        ));
+        );
     }
     panel
 }

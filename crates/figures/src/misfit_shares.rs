@@ -1,9 +1,7 @@
 //! The misfit of a model, divided between what was found and what is left.
 
 use super::caption::joined;
-use super::figure::{
-    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
-};
+use super::figure::{Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Width of the plot area and height of a row, px.
@@ -82,32 +80,27 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
     let names = bars.iter().map(|bar| bar.name.clone()).collect();
     let mut panel = Panel::new(
         "",
-        Axis {
-            range: Some([0.0, 118.0 * longest]),
-            ..Axis::linear("share of the misfit, %", "")
-        },
-        Axis {
-            reversed: true,
-            ..Axis::categories("", names)
-        },
+        Axis::linear("share of the misfit, %", "").within([0.0, 118.0 * longest]),
+        Axis::rows(names),
     );
     for (place, bar) in bars.iter().enumerate() {
         let across = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
         let along = bar.ends.map(|end| 100.0 * end);
-        panel.series.push(Series::new(
+        panel.draw(
             Style::new(bar.colour, Marker::Square),
             Marks::Polygons(vec![Polygon::rectangle(along, across, bar.colour)]),
-        ));
+        );
     }
     panel.notes = bars
         .iter()
         .enumerate()
-        .map(|(place, bar)| FigureNote {
-            at: [100.0 * bar.ends[1].max(bar.ends[0]), place as f64],
-            text: bar.text.clone(),
-            colour: Colour::INK,
-            size_px: TEXT_PX,
-            placement: NotePlacement::Toward([1.0, 0.0]),
+        .map(|(place, bar)| {
+            FigureNote::new(
+                [100.0 * bar.ends[1].max(bar.ends[0]), place as f64],
+                bar.text.clone(),
+                TEXT_PX,
+                NotePlacement::Toward([1.0, 0.0]),
+            )
         })
         .collect();
     let noise = format!(

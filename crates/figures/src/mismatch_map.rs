@@ -4,11 +4,9 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 use super::caption::{count_range, if_any, joined};
-use super::figure::{
-    Axis, AxisScale, Figure, FigureNote, Marks, NotePlacement, Panel, Series, Style,
-};
+use super::figure::{Axis, AxisScale, Figure, FigureNote, Marks, NotePlacement, Panel, Style};
 use super::font;
-use super::palette::{Colour, Marker, diverging};
+use super::palette::{Colour, diverging};
 use super::residuals::ResidualMeasure;
 use super::ticks::signed;
 use super::value_table::{SIGNED_SHARE, ValueTable, colour_bar, number};
@@ -157,10 +155,7 @@ fn names(input: &MismatchMap, written: bool) -> Axis {
             String::new()
         }
     });
-    Axis {
-        reversed: true,
-        ..Axis::categories("", std::iter::once(String::new()).chain(cells).collect())
-    }
+    Axis::rows(std::iter::once(String::new()).chain(cells).collect())
 }
 
 /// Value in the unit that is printed.
@@ -233,11 +228,9 @@ fn table(
         value: &value,
     };
     let numbered = table.push_to(&mut panel);
-    let border = Style::new(Colour::GREY, Marker::Dot).stroke(1.2);
+    let border = Style::line(Colour::GREY, 1.2);
     for place in group_borders(&input.cells) {
-        panel
-            .series
-            .push(Series::new(border, Marks::LevelAt(place as f64 + 0.5)));
+        panel.draw(border, Marks::LevelAt(place as f64 + 0.5));
     }
     (panel, numbered)
 }
@@ -265,19 +258,18 @@ fn push_branches(panel: &mut Panel, input: &MismatchMap, square_px: f64) {
         let end = start + pieces.len();
         let text = pieces[0].branch.to_string();
         if font::width_px(&text, BRANCH_PX) < square_px * pieces.len() as f64 {
-            panel.notes.push(FigureNote {
-                at: [0.5 * (start + end - 1) as f64, 0.0],
+            panel.notes.push(FigureNote::new(
+                [0.5 * (start + end - 1) as f64, 0.0],
                 text,
-                colour: Colour::INK,
-                size_px: BRANCH_PX,
-                placement: NotePlacement::Centred,
-            });
+                BRANCH_PX,
+                NotePlacement::Centred,
+            ));
         }
         if end < input.load_steps.len() {
-            panel.series.push(Series::new(
-                Style::new(Colour::GREY, Marker::Dot).stroke(1.2),
+            panel.draw(
+                Style::line(Colour::GREY, 1.2),
                 Marks::UprightAt(end as f64 - 0.5),
-            ));
+            );
         }
         start = end;
     }
@@ -324,9 +316,12 @@ fn caption(input: &MismatchMap, numbered: bool, limit: f64) -> String {
         if_any(
             empty,
             format!(
-                "{empty} of {squares} squares {} no value and {} hatched.",
-                if empty == 1 { "has" } else { "have" },
-                if empty == 1 { "is" } else { "are" },
+                "{empty} of {squares} squares {} hatched.",
+                if empty == 1 {
+                    "has no value and is"
+                } else {
+                    "have no value and are"
+                },
             ),
         ),
     ])

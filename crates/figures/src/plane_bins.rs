@@ -4,6 +4,8 @@
 //! a few thousand areas, however unevenly the points fell. Each bin keeps sums, from which follow its mean and a smooth estimate at its
 //! centre.
 
+use super::range::finite_ends;
+
 /// Points wanted in a bin, and most bins along a side.
 const WANTED_IN_A_BIN: f64 = 12.0;
 const MOST_BINS: f64 = 110.0;
@@ -115,15 +117,8 @@ impl PlaneBins {
     #[must_use]
     pub fn side_for(points: &[[f64; 2]]) -> f64 {
         let span = |i: usize| {
-            let values = || {
-                points
-                    .iter()
-                    .map(|point| point[i])
-                    .filter(|c| c.is_finite())
-            };
-            let span =
-                values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
-            if span.is_finite() { span } else { 0.0 }
+            let ends = finite_ends(points.iter().map(|point| point[i]));
+            ends.map_or(0.0, |[low, high]| high - low)
         };
         let [wide, high] = [span(0), span(1)];
         // The workspace of an arm fills about half of the rectangle around it.

@@ -4,7 +4,7 @@ use super::colour_scale::ColourScale;
 use super::contour::Grid;
 use super::figure::{
     Axis, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel, Polygon,
-    Series, Style,
+    Style,
 };
 use super::font;
 use super::palette::{Colour, Marker};
@@ -125,10 +125,10 @@ pub(super) fn plane_panel(
         axis(&map.axes[1], y),
     );
     panel.equal_aspect = true;
-    panel.series.push(Series::new(
+    panel.draw(
         Style::new(Colour::INK, Marker::Square),
         Marks::Polygons(runs_of_squares(&map.bins, scale)),
-    ));
+    );
     push_contours(&mut panel, map, scale, per_px_m);
     push_points(&mut panel, map);
     panel
@@ -180,7 +180,7 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
     let lines = contour_lines(map, scale);
     for (index, (level, line)) in lines.iter().enumerate() {
         let ink = scale.colour(level.value).readable_ink();
-        let style = Style::new(ink, Marker::Dot).stroke(0.9);
+        let style = Style::line(ink, 0.9);
         let half_px = [
             0.5 * font::width_px(&level.text, LEVEL_PX) + 3.0,
             0.5 * LEVEL_PX + 2.0,
@@ -200,12 +200,12 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
             .flatten();
         let Some(spot) = spot else {
             let marks = Marks::Line(line.clone());
-            panel.series.push(Series::new(style, marks));
+            panel.draw(style, marks);
             continue;
         };
         taken.push(spot);
         for piece in without_box(line, spot, half_m) {
-            panel.series.push(Series::new(style, Marks::Line(piece)));
+            panel.draw(style, Marks::Line(piece));
         }
         panel.notes.push(number_on_line(level, spot, ink));
     }
@@ -231,11 +231,8 @@ fn contour_lines(map: &PlaneMap, scale: &ColourScale) -> Vec<(Tick, Vec<[f64; 2]
 
 fn number_on_line(level: &Tick, at: [f64; 2], colour: Colour) -> FigureNote {
     FigureNote {
-        at,
-        text: level.text.clone(),
         colour,
-        size_px: LEVEL_PX,
-        placement: NotePlacement::Centred,
+        ..FigureNote::new(at, level.text.clone(), LEVEL_PX, NotePlacement::Centred)
     }
 }
 
@@ -311,10 +308,8 @@ const fn outline(marker: Marker, marker_px: f64) -> Style {
 
 /// The legend of the points.
 pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
-    let entry = |place: usize, label: &str| LegendEntry {
-        label: label.to_owned(),
-        style: POINT_STYLES[place],
-        sample: LegendMark::HollowPoint,
+    let entry = |place: usize, label: &str| {
+        LegendEntry::new(label, POINT_STYLES[place], LegendMark::HollowPoint)
     };
     let mut legend = Vec::new();
     if maps.iter().any(|map| !map.extremes.is_empty()) {
@@ -330,10 +325,7 @@ pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
 }
 
 fn push_points(panel: &mut Panel, map: &PlaneMap) {
-    let hollow = |[z, y]: [f64; 2]| FigurePoint {
-        hollow: true,
-        ..FigurePoint::new(z, y)
-    };
+    let hollow = |[z, y]: [f64; 2]| FigurePoint::new(z, y).hollow(true);
     let at = |value: Option<ValueAt>| value.map(|at| hollow(at.at_m)).into_iter().collect();
     let outermost = map
         .extremes
@@ -346,9 +338,7 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
         (0, outermost.collect()),
     ];
     for (look, points) in points {
-        panel
-            .series
-            .push(Series::new(POINT_STYLES[look], Marks::Points(points)));
+        panel.draw(POINT_STYLES[look], Marks::Points(points));
     }
     let count = map.extremes.len().max(1) as f64;
     let [z, y] = [
@@ -356,13 +346,12 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
         map.extremes.iter().map(|p| p.up_m).sum::<f64>() / count,
     ];
     for point in &map.extremes {
-        panel.notes.push(FigureNote {
-            at: [point.across_m, point.up_m],
-            text: point.name.clone(),
-            colour: Colour::INK,
-            size_px: NAME_PX,
-            placement: NotePlacement::Toward(outward(point.across_m - z, point.up_m - y)),
-        });
+        panel.notes.push(FigureNote::new(
+            [point.across_m, point.up_m],
+            point.name.clone(),
+            NAME_PX,
+            NotePlacement::Toward(outward(point.across_m - z, point.up_m - y)),
+        ));
     }
 }
 

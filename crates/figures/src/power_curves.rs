@@ -1,7 +1,7 @@
 //! How often an effect is found, and found under its right name, against its size.
 
-use super::caption::{count_range, counted, if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::caption::{count_range, counted_sentence, if_any, joined};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Shares that are marked, percent.
@@ -92,10 +92,7 @@ fn shown(input: &PowerCurves) -> [f64; 2] {
 fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
     let mut panel = Panel::new(
         law.name.clone(),
-        Axis {
-            range: Some(shown),
-            ..Axis::linear("size in standard errors", "")
-        },
+        Axis::linear("size in standard errors", "").within(shown),
         Axis {
             range: Some([-4.0, 104.0]),
             grid: false,
@@ -103,13 +100,9 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
         },
     );
     for (place, mark) in MARKS_PERCENT.into_iter().enumerate() {
-        let style = Style::new(Colour::GREY, Marker::Dot).stroke(0.9);
+        let style = Style::line(Colour::GREY, 0.9);
         let style = if place == 0 { style.dashed() } else { style };
-        panel.series.push(Series::labelled(
-            format!("{mark:.0} %"),
-            style,
-            Marks::LevelAt(mark),
-        ));
+        panel.draw_named(format!("{mark:.0} %"), style, Marks::LevelAt(mark));
     }
     let mut sizes: Vec<&PowerAtSize> = law.sizes.iter().collect();
     sizes.sort_by(|a, b| a.size_standard_errors.total_cmp(&b.size_standard_errors));
@@ -141,13 +134,13 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
     let ideal = sizes
         .iter()
         .filter_map(|size| Some([size.size_standard_errors, 100.0 * size.ideal?]));
-    panel.push(Series::labelled(
+    panel.draw_named(
         "right names with known noise",
         Style::new(qualitative(4), Marker::Square)
             .stroke(0.8)
             .dashed(),
         Marks::Line(ideal.collect()),
-    ));
+    );
     panel
 }
 
@@ -161,16 +154,8 @@ fn point(size: &PowerAtSize, rate: &Rate, aside: f64) -> FigurePoint {
 
 fn push_curve(panel: &mut Panel, label: &str, style: Style, points: Vec<FigurePoint>) {
     let line = points.iter().map(|point| [point.x, point.y]).collect();
-    panel.push(Series::labelled(
-        label,
-        style.stroke(1.1),
-        Marks::Line(line),
-    ));
-    panel.push(Series::labelled(
-        label,
-        style.marker_size(3.0),
-        Marks::Points(points),
-    ));
+    panel.draw_named(label, style.stroke(1.1), Marks::Line(line));
+    panel.draw_named(label, style.marker_size(3.0), Marks::Points(points));
 }
 
 fn caption(input: &PowerCurves) -> String {
@@ -194,17 +179,8 @@ fn caption(input: &PowerCurves) -> String {
                 .count(),
             "At size 0 nothing is there, and what is found is a false alarm.".to_owned(),
         ),
-        if_any(
-            without,
-            format!(
-                "{} no interval.",
-                counted(without, "point has", "points have")
-            ),
-        ),
-        if_any(
-            empty,
-            format!("{} no trials.", counted(empty, "law has", "laws have")),
-        ),
+        counted_sentence(without, ["point has", "points have"], "no interval."),
+        counted_sentence(empty, ["law has", "laws have"], "no trials."),
     ])
 }
 

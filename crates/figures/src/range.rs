@@ -28,6 +28,24 @@ impl Along {
     }
 }
 
+/// Least and greatest of the finite values, if there are any.
+pub(super) fn finite_ends(values: impl IntoIterator<Item = f64>) -> Option<[f64; 2]> {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    let ends = finite.map(|value| [value, value]);
+    ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// The different ones of some things, in the order in which they first come.
+pub(super) fn distinct<T: PartialEq>(things: impl Iterator<Item = T>) -> Vec<T> {
+    let mut all: Vec<T> = Vec::new();
+    for thing in things {
+        if !all.contains(&thing) {
+            all.push(thing);
+        }
+    }
+    all
+}
+
 /// Value on the axis as it is spread: its logarithm on a logarithmic axis; `None` if it has no place there.
 pub(super) fn spread(scale: &AxisScale, value: f64) -> Option<f64> {
     let spread = match scale {

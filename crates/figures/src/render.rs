@@ -5,11 +5,12 @@ use super::figure::{Figure, LegendEntry, LegendMark, Marks, Panel};
 use super::font;
 use super::labels;
 use super::layout::{
-    CAPTION_PX, Frame, HEADING_PX, LABEL_PX, LEGEND_PX, LINE, Layout, SAMPLE_PX, TICK_LENGTH_PX,
-    TICK_PX, TITLE_PX, layout,
+    CAPTION_PX, Frame, HEADING_PX, LABEL_PX, LEGEND_PX, LINE, Layout, SAMPLE_PX, Side,
+    TICK_LENGTH_PX, TICK_PX, TITLE_PX, layout,
 };
 use super::marks;
 use super::palette::{Colour, Marker};
+use super::range::Ruler;
 
 /// Draws a figure.
 pub(super) fn svg(figure: &Figure) -> String {
@@ -81,7 +82,11 @@ fn draw_panel(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     }
     draw_ticks(canvas, frame);
     draw_names(canvas, panel, frame);
-    if panel.series.iter().all(|series| is_empty(&series.marks)) {
+    // A reference line is not data.
+    let is_data = |marks: &Marks| {
+        !marks.is_empty() && !matches!(marks, Marks::LevelAt(_) | Marks::UprightAt(_))
+    };
+    if !panel.series.iter().any(|series| is_data(&series.marks)) {
         canvas.text(
             [left + 0.5 * width, top + 0.5 * height],
             "no data",
@@ -93,41 +98,22 @@ fn draw_panel(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     labels::draw(canvas, panel, frame);
 }
 
-fn is_empty(marks: &Marks) -> bool {
-    match marks {
-        Marks::Points(points) => points.is_empty(),
-        Marks::Line(points) | Marks::Steps(points) => points.is_empty(),
-        Marks::Segments(pairs) | Marks::Arrows(pairs) => pairs.is_empty(),
-        Marks::Band(points) => points.is_empty(),
-        Marks::Polygons(polygons) => polygons.is_empty(),
-        // A reference line is not data.
-        Marks::LevelAt(_) | Marks::UprightAt(_) => true,
-    }
-}
-
 fn draw_grid(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     let [left, top, width, height] = frame.area;
     let thin = Stroke::new(Colour::FAINT, 0.8);
-    let labelled = |side: &super::layout::Side| -> Vec<f64> {
-        side.ticks
-            .iter()
-            .filter(|tick| !tick.text.is_empty())
-            .map(|tick| tick.value)
+    let places = |side: &Side, ruler: &Ruler| -> Vec<f64> {
+        let labelled = side.ticks.iter().filter(|tick| !tick.text.is_empty());
+        labelled
+            .filter_map(|tick| ruler.place(tick.value))
             .collect()
     };
     if panel.x.grid {
-        for x in labelled(&frame.x_side)
-            .into_iter()
-            .filter_map(|value| frame.x.place(value))
-        {
+        for x in places(&frame.x_side, &frame.x) {
             canvas.line([x, top], [x, top + height], thin);
         }
     }
     if panel.y.grid {
-        for y in labelled(&frame.y_side)
-            .into_iter()
-            .filter_map(|value| frame.y.place(value))
-        {
+        for y in places(&frame.y_side, &frame.y) {
             canvas.line([left, y], [left + width, y], thin);
         }
     }
@@ -185,9 +171,7 @@ fn draw_names(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
         Colour::INK,
         Align::Start,
     );
-    let beyond = |side: &super::layout::Side| {
-        TICK_LENGTH_PX + 3.0 + if side.texts { side.depth_px } else { 0.0 }
-    };
+    let beyond = |side: &Side| TICK_LENGTH_PX + 3.0 + if side.texts { side.depth_px } else { 0.0 };
     if frame.x_side.named {
         let y = top + height + beyond(&frame.x_side) + LABEL_PX * LINE;
         canvas.text(

@@ -1,12 +1,13 @@
 //! Residuals against load, direction, pose, order and time, side by side with one scale.
 
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
-use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Cell, Direction};
 
 use super::caption::{flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
 use super::quantities::Quantities;
+use super::range::distinct;
 
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +53,7 @@ pub struct ResidualPoint {
 /// The figure: panels with one vertical scale, the last over time where there is any; a direction has its own shape and colour.
 #[must_use]
 pub fn residuals(input: &Residuals) -> Figure {
-    let poses = poses(input);
+    let poses = distinct(input.points.iter().map(|point| point.cell.pose.clone()));
     let longest_s = input
         .points
         .iter()
@@ -171,17 +172,6 @@ fn caption(input: &Residuals, flagged: usize) -> String {
     ])
 }
 
-/// Poses in the order in which they come.
-fn poses(input: &Residuals) -> Vec<PoseId> {
-    let mut poses: Vec<PoseId> = Vec::new();
-    for point in &input.points {
-        if !poses.contains(&point.cell.pose) {
-            poses.push(point.cell.pose.clone());
-        }
-    }
-    poses
-}
-
 /// Unit in which a session of this length reads well, and its seconds.
 pub(super) fn time_unit(longest_s: f64) -> (&'static str, f64) {
     if longest_s > 2.0 * 3600.0 {
@@ -201,20 +191,17 @@ fn panel(
     x_of: &dyn Fn(&ResidualPoint) -> Option<f64>,
 ) -> Panel {
     let mut panel = Panel::new(title, x, y.clone());
-    panel.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
-        Marks::LevelAt(0.0),
-    ));
+    panel.draw(Style::line(Colour::INK, 1.0), Marks::LevelAt(0.0));
     for direction in Direction::ALL {
         let points: Vec<FigurePoint> = input
             .points
             .iter()
             .filter(|point| point.cell.direction == direction)
             .filter_map(|point| {
-                Some(FigurePoint {
-                    hollow: point.flagged,
-                    ..FigurePoint::new(x_of(point)?, measured(input.measure, point))
-                })
+                Some(
+                    FigurePoint::new(x_of(point)?, measured(input.measure, point))
+                        .hollow(point.flagged),
+                )
             })
             .collect();
         let label = if input.quantities.has_directions {
@@ -222,11 +209,7 @@ fn panel(
         } else {
             "readings".to_owned()
         };
-        panel.push(Series::labelled(
-            label,
-            mark_style(direction),
-            Marks::Points(points),
-        ));
+        panel.draw_named(label, mark_style(direction), Marks::Points(points));
     }
     panel
 }

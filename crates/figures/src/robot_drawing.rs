@@ -1,5 +1,6 @@
 //! A robot as it is drawn: nodes, members and joints in the frame of the world.
 
+use super::range::finite_ends;
 use super::robot_views::DrawnAxes;
 
 /// What the figure shows.
@@ -21,6 +22,15 @@ pub struct RobotDrawing {
     pub axes: DrawnAxes,
     /// Force at the end node, N; `None` draws the robot without a load and marks its end.
     pub force_n: Option<[f64; 3]>,
+}
+
+impl RobotDrawing {
+    /// How far its nodes reach along an axis, m.
+    #[must_use]
+    pub fn extent_m(&self, axis: usize) -> f64 {
+        let ends = finite_ends(self.nodes.iter().map(|node| node.position_m[axis]));
+        ends.map_or(0.0, |[low, high]| high - low)
+    }
 }
 
 /// A joint.

@@ -6,10 +6,10 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use super::bent_beam::bent_beam;
 use super::caption::joined;
 use super::figure::{
-    Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel, Series,
-    Style,
+    Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel, Style,
 };
 use super::palette::{Colour, Marker, QUALITATIVE, qualitative};
+use super::range::distinct;
 use super::robot_drawing::{DrawnKind, DrawnMember, RobotDrawing};
 use super::robot_views::{RobotView, ViewLayout};
 use super::ticks::{nearest_nice, signed};
@@ -85,17 +85,8 @@ pub fn robot_pose(input: &RobotDrawing) -> Figure {
 
 /// Largest extent of the robot along a global axis, m; 1 for a robot without extent.
 fn size_m(input: &RobotDrawing) -> f64 {
-    let size = (0..3)
-        .map(|axis| {
-            let values = || input.nodes.iter().map(|node| node.position_m[axis]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-        })
-        .fold(0.0, f64::max);
-    if size.is_finite() && size > 0.0 {
-        size
-    } else {
-        1.0
-    }
+    let size = (0..3).map(|axis| input.extent_m(axis)).fold(0.0, f64::max);
+    if size > 0.0 { size } else { 1.0 }
 }
 
 /// Centre line of a member under the load, magnified; `None` if a node is missing or the member has no length.
@@ -128,10 +119,10 @@ fn panel(
     push_supports(&mut panel, input, view);
     push_members(&mut panel, input, view);
     for shape in shapes {
-        panel.series.push(Series::new(
+        panel.draw(
             deformed_style(),
             Marks::Line(shape.iter().map(|point| view.project(*point)).collect()),
-        ));
+        );
     }
     push_joints(&mut panel, input, view);
     push_nodes(&mut panel, input, view);
@@ -142,16 +133,16 @@ fn panel(
 fn deformed_style() -> Style {
     Style {
         dash_px: Some([5.0, 2.5]),
-        ..Style::new(Colour::BLACK, Marker::Dot).stroke(1.3)
+        ..Style::line(Colour::BLACK, 1.3)
     }
 }
 
 fn displacement_style() -> Style {
-    Style::new(qualitative(4), Marker::Dot).stroke(2.0)
+    Style::line(qualitative(4), 2.0)
 }
 
 fn load_style() -> Style {
-    Style::new(Colour::BLACK, Marker::Dot).stroke(2.0)
+    Style::line(Colour::BLACK, 2.0)
 }
 
 fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
@@ -162,21 +153,15 @@ fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
         .map(|node| view.project(node.position_m))
         .map(|[z, up]| FigurePoint::new(z, up))
         .collect();
-    panel.series.push(Series::new(
+    panel.draw(
         Style::new(Colour::GREY, Marker::Ground).marker_size(5.0),
         Marks::Points(points),
-    ));
+    );
 }
 
 /// Chains in the order in which they come.
 fn chains(input: &RobotDrawing) -> Vec<&str> {
-    let mut chains: Vec<&str> = Vec::new();
-    for member in &input.members {
-        if !chains.contains(&member.chain.as_str()) {
-            chains.push(&member.chain);
-        }
-    }
-    chains
+    distinct(input.members.iter().map(|member| member.chain.as_str()))
 }
 
 fn push_members(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
@@ -204,16 +189,14 @@ fn push_members(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
                 dash_px: (kind == DrawnKind::Added).then_some([8.0, 5.0]),
                 ..Style::new(CHAINS[place % CHAINS.len()], Marker::Dot)
             };
-            panel.series.push(Series::labelled(
+            panel.draw_named(
                 format!("chain {chain}"),
                 style.stroke(width),
                 Marks::Segments(segments.clone()),
-            ));
+            );
             if matches!(kind, DrawnKind::Rigid | DrawnKind::Added) {
-                let inside = Style::new(Colour::WHITE, Marker::Dot).stroke(3.0);
-                panel
-                    .series
-                    .push(Series::new(inside, Marks::Segments(segments)));
+                let inside = Style::line(Colour::WHITE, 3.0);
+                panel.draw(inside, Marks::Segments(segments));
             }
         }
     }
@@ -241,17 +224,13 @@ fn push_joints(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
     };
     for slides in [false, true] {
         let joints = input.joints.iter().filter(|joint| joint.slides == slides);
-        let hollow = |point| FigurePoint {
-            hollow: true,
-            ..point
-        };
-        let points = joints.filter_map(|joint| at(joint.node).map(hollow));
+        let points = joints.filter_map(|joint| Some(at(joint.node)?.hollow(true)));
         let marks = Marks::Points(points.collect());
-        panel.push(Series::new(joint_style(slides), marks));
+        panel.draw(joint_style(slides), marks);
     }
     if input.force_n.is_none() {
         let marks = Marks::Points(at(input.end).into_iter().collect());
-        panel.series.push(Series::new(end_style(), marks));
+        panel.draw(end_style(), marks);
     }
 }
 
@@ -283,15 +262,11 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
             None => tags.push((at, node.name.clone())),
         }
     }
-    panel.series.push(Series::new(style, Marks::Points(points)));
+    panel.draw(style, Marks::Points(points));
     for (at, text) in tags {
-        panel.notes.push(FigureNote {
-            at,
-            text,
-            colour: Colour::INK,
-            size_px: 10.0,
-            placement: NotePlacement::Free,
-        });
+        panel
+            .notes
+            .push(FigureNote::new(at, text, 10.0, NotePlacement::Free));
     }
 }
 
@@ -310,19 +285,19 @@ fn push_load(
     if norm(force_n) > 0.0 {
         let back = scale(force_n, -0.085 * size_m / norm(force_n));
         let tail = [0, 1, 2].map(|i| tip[i] + back[i]);
-        panel.series.push(Series::labelled(
+        panel.draw_named(
             force_label(force_n),
             load_style(),
             Marks::Arrows(vec![[view.project(tail), view.project(tip)]]),
-        ));
+        );
     }
     if let Some(magnification) = magnification {
         let moved = [0, 1, 2].map(|i| tip[i] + magnification * end.displacement_m[i]);
-        panel.series.push(Series::labelled(
+        panel.draw_named(
             "displacement of the end",
             displacement_style(),
             Marks::Arrows(vec![[view.project(tip), view.project(moved)]]),
-        ));
+        );
     }
 }
 
@@ -339,34 +314,34 @@ fn force_label(force_n: [f64; 3]) -> String {
 fn legend(input: &RobotDrawing, is_deformed: bool) -> Vec<LegendEntry> {
     let mut legend = Vec::new();
     if is_deformed {
-        legend.push(LegendEntry {
-            label: "under load, magnified".to_owned(),
-            style: deformed_style(),
-            sample: LegendMark::Line,
-        });
+        legend.push(LegendEntry::new(
+            "under load, magnified",
+            deformed_style(),
+            LegendMark::Line,
+        ));
     }
     if !input.supports.is_empty() {
-        legend.push(LegendEntry {
-            label: "support".to_owned(),
-            style: Style::new(Colour::GREY, Marker::Ground),
-            sample: LegendMark::Point,
-        });
+        legend.push(LegendEntry::new(
+            "support",
+            Style::new(Colour::GREY, Marker::Ground),
+            LegendMark::Point,
+        ));
     }
     for (slides, label) in [(false, "joint that turns"), (true, "joint that slides")] {
         if input.joints.iter().any(|joint| joint.slides == slides) {
-            legend.push(LegendEntry {
-                label: label.to_owned(),
-                style: joint_style(slides),
-                sample: LegendMark::HollowPoint,
-            });
+            legend.push(LegendEntry::new(
+                label,
+                joint_style(slides),
+                LegendMark::HollowPoint,
+            ));
         }
     }
     if let (None, Some(end)) = (input.force_n, input.nodes.get(input.end)) {
-        legend.push(LegendEntry {
-            label: format!("end {}", end.name),
-            style: end_style(),
-            sample: LegendMark::Point,
-        });
+        legend.push(LegendEntry::new(
+            format!("end {}", end.name),
+            end_style(),
+            LegendMark::Point,
+        ));
     }
     legend
 }

@@ -1,6 +1,7 @@
 //! Orthographic views of a robot: which axes run across and upward in each, and how large the panels are at one scale.
 
 use super::figure::Axis;
+use super::range::finite_ends;
 
 /// Width of the plot area of two views, one above the other, px.
 const WIDTH_PX: f64 = 600.0;
@@ -83,10 +84,8 @@ impl RobotView {
 
     /// The axes of its panel.
     pub(super) fn axes(self, axes: &DrawnAxes, ranges: &[[f64; 2]; 3]) -> [Axis; 2] {
-        [self.across, self.upward].map(|axis| Axis {
-            range: Some(ranges[axis]),
-            ..Axis::linear(&axes.names[axis], "m")
-        })
+        [self.across, self.upward]
+            .map(|axis| Axis::linear(&axes.names[axis], "m").within(ranges[axis]))
     }
 }
 
@@ -104,13 +103,8 @@ impl ViewLayout {
     pub(super) fn of(axes: &DrawnAxes, points: &[[f64; 3]], room_m: f64) -> Self {
         let finite = || points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
         let mut ranges = [0, 1, 2].map(|axis| {
-            let low = finite().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
-            let high = finite().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
-            if low <= high {
-                [low - room_m, high + room_m]
-            } else {
-                [0.0, 1.0]
-            }
+            let ends = finite_ends(finite().map(|p| p[axis]));
+            ends.map_or([0.0, 1.0], |[low, high]| [low - room_m, high + room_m])
         });
         let [across, depth] = axes.across_and_depth();
         let length = |[low, high]: [f64; 2]| high - low;

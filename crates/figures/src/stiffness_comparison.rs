@@ -137,10 +137,10 @@ fn ratio_panel(input: &StiffnessComparison, names: &[String]) -> Panel {
         Axis::categories("pose and direction", names.to_vec()),
         Axis::linear("predicted / measured", "%"),
     );
-    panel.series.push(Series::new(
-        Style::new(Colour::INK, Marker::Dot).stroke(1.0).dashed(),
+    panel.draw(
+        Style::line(Colour::INK, 1.0).dashed(),
         Marks::LevelAt(100.0),
-    ));
+    );
     push_borders(&mut panel, input);
     push_by_fate(&mut panel, input, "measured", ComparedCell::ratio_percent);
     panel
@@ -150,10 +150,10 @@ fn ratio_panel(input: &StiffnessComparison, names: &[String]) -> Panel {
 fn push_borders(panel: &mut Panel, input: &StiffnessComparison) {
     for (place, pair) in input.cells.windows(2).enumerate() {
         if pair[0].cell.direction != pair[1].cell.direction {
-            panel.series.push(Series::new(
-                Style::new(Colour::GREY, Marker::Dot).stroke(0.8),
+            panel.draw(
+                Style::line(Colour::GREY, 0.8),
                 Marks::UprightAt(place as f64 + 0.5),
-            ));
+            );
         }
     }
 }
@@ -191,11 +191,7 @@ fn push_by_fate(
                 Style::new(qualitative(0), Marker::Circle),
             )
         };
-        panel.push(Series::labelled(
-            label,
-            style.marker_size(4.2),
-            Marks::Points(points),
-        ));
+        panel.draw_named(label, style.marker_size(4.2), Marks::Points(points));
     }
 }
 

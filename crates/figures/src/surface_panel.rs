@@ -7,9 +7,7 @@
 
 use super::colour_scale::ColourScale;
 use super::contour::Grid;
-use super::figure::{
-    Axis, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Polygon, Series, Style,
-};
+use super::figure::{Axis, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Polygon, Style};
 use super::font;
 use super::palette::{Colour, Marker};
 use super::plane_bins::PlaneBins;
@@ -73,18 +71,17 @@ pub(super) fn surface_panel(
         y,
         values: scale.range,
     };
-    let px = |middle: f64, length: f64| Axis {
-        range: Some([middle - 0.5 * length, middle + 0.5 * length]),
-        ..Axis::categories("", Vec::new())
+    let px = |middle: f64, length: f64| {
+        Axis::categories("", Vec::new()).within([middle - 0.5 * length, middle + 0.5 * length])
     };
     let [width, height] = SURFACE_PX;
     let mut panel = Panel::new("", px(0.5 * width, width), px(0.5 * height, height_px));
     panel.bordered = false;
     push_walls(&mut panel, map, &view, scale);
-    panel.series.push(Series::new(
+    panel.draw(
         Style::new(Colour::INK, Marker::Square),
         Marks::Polygons(facets(&map.bins, &view, scale)),
-    ));
+    );
     push_points(&mut panel, map, &view, scale);
     panel
 }
@@ -162,8 +159,8 @@ fn mesh(colour: Colour) -> Colour {
 
 /// Floor and the two walls behind the surface with their grids, and the three axes with ticks and names.
 fn push_walls(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &ColourScale) {
-    let thin = Style::new(Colour::FAINT, Marker::Dot).stroke(0.8);
-    let axis = Style::new(Colour::GREY, Marker::Dot).stroke(1.0);
+    let thin = Style::line(Colour::FAINT, 0.8);
+    let axis = Style::line(Colour::GREY, 1.0);
     let even = |range| ticks(&super::figure::AxisScale::Linear, range, 5);
     let share = |tick: &Tick, [low, high]: [f64; 2]| (tick.value - low) / (high - low);
     let mut grid: Vec<[[f64; 3]; 2]> = Vec::new();
@@ -206,13 +203,13 @@ fn push_walls(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &Col
                 .collect(),
         )
     };
-    panel.series.push(Series::new(thin, flat(&grid)));
+    panel.draw(thin, flat(&grid));
     let edges = [
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
         [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
         [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
     ];
-    panel.series.push(Series::new(axis, flat(&edges)));
+    panel.draw(axis, flat(&edges));
     let [across, deep] = map.axes.each_ref().map(|name| format!("{name} (m)"));
     push_name(panel, &across, [0.5, 0.0, 0.0], [-30.0, -32.0]);
     push_name(panel, &deep, [1.0, 0.5, 0.0], [44.0, -30.0]);
@@ -238,24 +235,22 @@ fn push_value_name(panel: &mut Panel, label: &str) {
 }
 
 fn push_tick(panel: &mut Panel, tick: &Tick, at: [f64; 3], toward: [f64; 2]) {
-    panel.notes.push(FigureNote {
-        at: SurfaceView::project(at),
-        text: tick.text.clone(),
-        colour: Colour::INK,
-        size_px: TICK_PX,
-        placement: NotePlacement::Toward(toward),
-    });
+    panel.notes.push(FigureNote::new(
+        SurfaceView::project(at),
+        tick.text.clone(),
+        TICK_PX,
+        NotePlacement::Toward(toward),
+    ));
 }
 
 fn push_name(panel: &mut Panel, text: &str, at: [f64; 3], by_px: [f64; 2]) {
     let [x, y] = SurfaceView::project(at);
-    panel.notes.push(FigureNote {
-        at: [x + by_px[0], y + by_px[1]],
-        text: text.to_owned(),
-        colour: Colour::INK,
-        size_px: NAME_PX,
-        placement: NotePlacement::Centred,
-    });
+    panel.notes.push(FigureNote::new(
+        [x + by_px[0], y + by_px[1]],
+        text.to_owned(),
+        NAME_PX,
+        NotePlacement::Centred,
+    ));
 }
 
 /// The outermost points on the surface with their names, each with a line down to the floor.
@@ -269,26 +264,20 @@ fn push_points(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &Co
         let [z, y] = view.shares([point.across_m, point.up_m]);
         let top = SurfaceView::project([z, y, scale.share(value)]);
         drops.push([SurfaceView::project([z, y, 0.0]), top]);
-        points.push(FigurePoint {
-            hollow: true,
-            ..FigurePoint::new(top[0], top[1])
-        });
-        panel.notes.push(FigureNote {
-            at: top,
-            text: point.name.clone(),
-            colour: Colour::INK,
-            size_px: NAME_PX,
-            placement: NotePlacement::Free,
-        });
+        points.push(FigurePoint::new(top[0], top[1]).hollow(true));
+        panel.notes.push(FigureNote::new(
+            top,
+            point.name.clone(),
+            NAME_PX,
+            NotePlacement::Free,
+        ));
     }
     let drop = Style {
         dash_px: Some([2.0, 2.0]),
-        ..Style::new(Colour::INK, Marker::Dot).stroke(0.8)
+        ..Style::line(Colour::INK, 0.8)
     };
-    panel.series.push(Series::new(drop, Marks::Segments(drops)));
-    panel
-        .series
-        .push(Series::new(POINT_STYLES[0], Marks::Points(points)));
+    panel.draw(drop, Marks::Segments(drops));
+    panel.draw(POINT_STYLES[0], Marks::Points(points));
 }
 
 /// Smooth estimate in the bin nearest to a place.

@@ -1,5 +1,6 @@
 //! Ranges of horizontal axes that leave room for texts beside marks.
 
+use super::range::finite_ends;
 /// A mark with texts beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reach {
@@ -19,12 +20,7 @@ const LEAST_SHARE: f64 = 0.25;
 /// Texts longer than three quarters of the axis do not fit: they would squeeze the marks to nothing.
 pub(super) fn range_with_texts(reaches: &[Reach], width_px: f64) -> Option<[f64; 2]> {
     let known: Vec<&Reach> = reaches.iter().filter(|r| r.place.is_finite()).collect();
-    let (low, high) = known.iter().fold((f64::MAX, f64::MIN), |(low, high), r| {
-        (low.min(r.place), high.max(r.place))
-    });
-    if known.is_empty() {
-        return None;
-    }
+    let [low, high] = finite_ends(known.iter().map(|r| r.place))?;
     // One mark only: it stands within as much as its own size on either side.
     let alone = width_px / (2.0 * high.abs().max(1.0));
     let mut px_per_unit = if high > low { f64::INFINITY } else { alone };

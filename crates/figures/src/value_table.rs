@@ -1,6 +1,6 @@
 //! A coloured table of signed values, and the colour bar beside it.
 
-use super::figure::{Axis, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style};
+use super::figure::{Axis, FigureNote, Marks, NotePlacement, Panel, Polygon, Style};
 use super::font;
 use super::palette::{Colour, Marker, diverging};
 use super::range::{spread, unspread};
@@ -46,14 +46,14 @@ impl ValueTable<'_> {
                 Some(value) => numbers.push((at, value)),
             }
         }
-        panel.series.push(Series::new(
+        panel.draw(
             Style::new(Colour::INK, Marker::Square),
             Marks::Polygons(squares),
-        ));
-        panel.series.push(Series::new(
+        );
+        panel.draw(
             Style::new(Colour::GREY, Marker::Square).stroke(0.8),
             Marks::Segments(hatching),
-        ));
+        );
         self.push_numbers(panel, &numbers)
     }
 
@@ -72,11 +72,13 @@ impl ValueTable<'_> {
                 None => "+".to_owned(),
             };
             panel.notes.push(FigureNote {
-                at: *at,
-                text,
                 colour: diverging(value / self.limit).readable_ink(),
-                size_px: fitting_px.unwrap_or(NUMBER_PX[0]),
-                placement: NotePlacement::Centred,
+                ..FigureNote::new(
+                    *at,
+                    text,
+                    fitting_px.unwrap_or(NUMBER_PX[0]),
+                    NotePlacement::Centred,
+                )
             });
         }
         fitting_px.is_some()
@@ -116,10 +118,10 @@ pub(super) fn colour_bar(axis: Axis, range: [f64; 2], colour: impl Fn(f64) -> Co
             ..axis
         },
     );
-    panel.series.push(Series::new(
+    panel.draw(
         Style::new(Colour::INK, Marker::Square),
         Marks::Polygons(shades),
-    ));
+    );
     panel
 }
 

@@ -15,6 +15,8 @@ mod table;
 pub use package::{PackageResource, TableProvenance, data_package};
 #[cfg(feature = "parquet")]
 pub use parquet_file::parquet;
+#[cfg(feature = "parquet")]
+pub(crate) use parquet_file::write_parquet;
 pub use readings::{load_case_table, reading_table};
 pub use ro_crate::ro_crate;
 pub use spreadsheet::{SpreadsheetError, xlsx};

@@ -7,7 +7,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 
 use super::package::TableProvenance;
@@ -19,17 +19,8 @@ use super::table::{FieldKind, TidyColumn, TidyTable};
 /// [`ParquetError`] only if the writer refuses its own schema.
 pub fn parquet(about: &TableProvenance, table: &TidyTable) -> Result<Vec<u8>, ParquetError> {
     let fields = table.columns.iter().map(field);
-    let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
-    let schema = Type::group_type_builder("table")
-        .with_fields(fields)
-        .build()?;
-    let properties = WriterProperties::builder()
-        .set_key_value_metadata(Some(metadata(about, table)))
-        .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    let mut place = 0;
-    while let Some(mut writer) = group.next_column()? {
+    let metadata = Some(metadata(about, table));
+    write_parquet("table", fields, metadata, |place, writer| {
         let present = |row: &Vec<String>| i16::from(!row[place].is_empty());
         let levels: Vec<i16> = table.rows.iter().map(present).collect();
         let given = table.rows.iter().map(|row| row[place].as_str());
@@ -39,39 +30,59 @@ pub fn parquet(about: &TableProvenance, table: &TidyTable) -> Result<Vec<u8>, Pa
                 let values: Vec<i64> = given.filter_map(|field| field.parse().ok()).collect();
                 writer
                     .typed::<Int64Type>()
-                    .write_batch(&values, Some(&levels), None)?;
+                    .write_batch(&values, Some(&levels), None)
             }
             FieldKind::Number => {
                 let values: Vec<f64> = given.filter_map(|field| field.parse().ok()).collect();
                 writer
                     .typed::<DoubleType>()
-                    .write_batch(&values, Some(&levels), None)?;
+                    .write_batch(&values, Some(&levels), None)
             }
             FieldKind::Text | FieldKind::DateTime => {
                 let values: Vec<ByteArray> = given.map(ByteArray::from).collect();
                 writer
                     .typed::<ByteArrayType>()
-                    .write_batch(&values, Some(&levels), None)?;
+                    .write_batch(&values, Some(&levels), None)
             }
         }
-        writer.close()?;
+    })
+}
+
+/// A Parquet file of one group of columns, each of which `write` writes by its place.
+pub(crate) fn write_parquet(
+    name: &str,
+    fields: impl Iterator<Item = Result<Type, ParquetError>>,
+    metadata: Option<Vec<KeyValue>>,
+    mut write: impl FnMut(usize, &mut SerializedColumnWriter<'_>) -> Result<usize, ParquetError>,
+) -> Result<Vec<u8>, ParquetError> {
+    let fields = fields.map(|field| field.map(Arc::new));
+    let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
+    let schema = Type::group_type_builder(name).with_fields(fields).build()?;
+    let properties = WriterProperties::builder()
+        .set_key_value_metadata(metadata)
+        .build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    let mut place = 0;
+    while let Some(mut column) = group.next_column()? {
+        write(place, &mut column)?;
+        column.close()?;
         place += 1;
     }
     group.close()?;
     writer.into_inner()
 }
 
-fn field(column: &TidyColumn) -> Result<Arc<Type>, ParquetError> {
+fn field(column: &TidyColumn) -> Result<Type, ParquetError> {
     let (physical, logical) = match column.kind {
         FieldKind::Integer => (Physical::INT64, None),
         FieldKind::Number => (Physical::DOUBLE, None),
         FieldKind::Text | FieldKind::DateTime => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
-    let field = Type::primitive_type_builder(&column.name, physical)
+    Type::primitive_type_builder(&column.name, physical)
         .with_repetition(Repetition::OPTIONAL)
         .with_logical_type(logical)
-        .build()?;
-    Ok(Arc::new(field))
+        .build()
 }
 
 /// Facts, and the unit of each column that has one under `unit:COLUMN`.

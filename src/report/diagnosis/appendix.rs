@@ -2,9 +2,11 @@
 
 use stiffbench_document::{Document, Table, numbers, words};
 
-use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
-use crate::physics::{Law, Place};
-use crate::report::text::{open_interval, or_dash, significant};
+use crate::mismatch::{
+    DetectionLimit, EstimatedValue, ExplainedShare, Finding, Observations, Spot,
+};
+use crate::physics::{Law, ParameterSpec, Place};
+use crate::report::text::{digits, open_interval, or_dash, significant};
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
@@ -96,63 +98,54 @@ fn readings_of(observations: &Observations) -> String {
 
 fn findings(report: &DiagnosisReport) -> Table {
     let (findings, subject) = (&report.diagnosis.findings, &report.subject);
-    let mut rows = Table::new([
-        words("law and place"),
-        words("set"),
-        words("parameter"),
-        numbers("value"),
-        numbers("95 % interval"),
-        words("unit"),
-        numbers("end effect"),
-        numbers("std errors"),
-        numbers("absorbed"),
-        numbers("p"),
-    ]);
-    for finding in findings {
-        let effect = &finding.effect;
-        let group = finding.alternative_group;
-        let first = [
-            named(effect.law, &effect.place),
-            or_dash(group, |group| group.to_string()),
-        ];
-        let last = [
-            subject.reading(finding.end_effect_m),
-            significant(finding.standard_errors, 3),
-            significant(finding.absorbed_share, 2),
-            significant(finding.p_family, 2),
-        ];
-        let mut parameters: Vec<[String; 4]> = finding
-            .stated()
-            .map(|(spec, value)| {
-                let (factor, unit) = subject.printed(&spec, value.value);
-                let interval = value.interval_95().map(|e| e.map(|x| factor * x));
-                [
-                    spec.name.to_owned(),
-                    significant(factor * value.value, 4),
-                    open_interval(interval, value.is_open(), 3),
-                    unit,
-                ]
-            })
-            .collect();
+    let parameter = |(spec, value): (ParameterSpec, &EstimatedValue)| {
+        let (factor, unit) = subject.printed(&spec, value.value);
+        let interval = value.interval_95().map(|e| e.map(|x| factor * x));
+        [
+            spec.name.to_owned(),
+            significant(factor * value.value, 4),
+            open_interval(interval, value.is_open(), 3),
+            unit,
+        ]
+    };
+    // What is said of a finding stands beside its first parameter.
+    let rows = findings.iter().flat_map(|finding| {
+        let mut parameters: Vec<[String; 4]> = finding.stated().map(parameter).collect();
         if parameters.is_empty() {
-            parameters.push(["-", "-", "-", "-"].map(str::to_owned));
+            parameters.push(["-"; 4].map(str::to_owned));
         }
-        for (place, parameter) in parameters.into_iter().enumerate() {
-            let blank = || std::iter::repeat_with(String::new);
-            if place == 0 {
-                rows.row(
-                    first
-                        .clone()
-                        .into_iter()
-                        .chain(parameter)
-                        .chain(last.clone()),
-                );
-            } else {
-                rows.row(blank().take(2).chain(parameter).chain(blank().take(4)));
-            }
-        }
-    }
-    rows
+        let once = std::iter::once(Some(finding)).chain(std::iter::repeat(None));
+        once.zip(parameters)
+    });
+    let once = |finding: Option<&Finding>, words: &dyn Fn(&Finding) -> String| {
+        finding.map_or_else(String::new, words)
+    };
+    Table::of(rows)
+        .words("law and place", |(first, _)| {
+            once(*first, &|one| named(one.effect.law, &one.effect.place))
+        })
+        .words("set", |(first, _)| {
+            once(*first, &|one| {
+                or_dash(one.alternative_group, |group| group.to_string())
+            })
+        })
+        .words("parameter", |(_, [name, ..])| name.clone())
+        .numbers("value", |(_, [_, value, ..])| value.clone())
+        .numbers("95 % interval", |(_, [.., interval, _])| interval.clone())
+        .words("unit", |(_, [.., unit])| unit.clone())
+        .numbers("end effect", |(first, _)| {
+            once(*first, &|one| subject.reading(one.end_effect_m))
+        })
+        .numbers("std errors", |(first, _)| {
+            once(*first, &|one| significant(one.standard_errors, 3))
+        })
+        .numbers("absorbed", |(first, _)| {
+            once(*first, &|one| significant(one.absorbed_share, 2))
+        })
+        .numbers("p", |(first, _)| {
+            once(*first, &|one| significant(one.p_family, 2))
+        })
+        .into()
 }
 
 fn candidates(findings: &[Finding]) -> Table {
@@ -337,34 +330,30 @@ fn critical_values(report: &DiagnosisReport) -> Document {
         report.seed
     );
     section.paragraph(sentence);
-    let mut rows = Table::new([
-        words("law"),
-        numbers("share of the level"),
-        numbers("level, %"),
-        numbers("critical value"),
-    ]);
-    for (family, limit) in &critical.laws.values {
+    let laws = critical.laws.values.iter().map(|(family, limit)| {
         let (law, wide) = *family;
-        let name = if wide {
-            format!("{} (any period)", law.row)
-        } else {
-            law.row.to_owned()
-        };
-        let level = critical.laws.levels.get(family);
-        rows.row([
-            name,
-            or_dash(level, |level| format!("{:.3}", level / LAW_LEVEL)),
-            or_dash(level, |level| significant(100.0 * level, 2)),
-            format!("{limit:.1}"),
-        ]);
-    }
-    rows.row([
+        let more = if wide { " (any period)" } else { "" };
+        let level = critical.laws.levels.get(family).copied();
+        let share = level.map(|level| level / LAW_LEVEL);
+        (format!("{}{more}", law.row), share, level, *limit)
+    });
+    let unexplained = (
         "unexplained structure".to_owned(),
-        "-".to_owned(),
-        significant(100.0 * UNEXPLAINED_LEVEL, 2),
-        format!("{:.1}", critical.of_unexplained()),
-    ]);
-    section.table(rows);
+        None,
+        Some(UNEXPLAINED_LEVEL),
+        critical.of_unexplained(),
+    );
+    section.table(
+        Table::of(laws.chain([unexplained]))
+            .words("law", |(name, ..)| name.clone())
+            .numbers("share of the level", |(_, share, ..)| {
+                or_dash(*share, |share| format!("{share:.3}"))
+            })
+            .numbers("level, %", |(_, _, level, _)| {
+                digits(level.map(|level| 100.0 * level), 2)
+            })
+            .numbers("critical value", |(.., limit)| format!("{limit:.1}")),
+    );
     section
 }
 

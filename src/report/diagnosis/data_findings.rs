@@ -201,71 +201,53 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> Document {
     let (exchanged, runs): (Vec<&BadRun>, Vec<&BadRun>) =
         runs.partition(|one| one.exchanged_with.is_some());
     let exchanged = match pairs(&exchanged)[..] {
-        [] => String::new(),
-        [(one, other)] => {
-            let (one, other) = (cell_name(one), cell_name(other));
-            first_line(
-                report,
-                &format!("Data: {one} and {other} look exchanged"),
-                2,
-            )
+        [] => None,
+        [(one, other)] => Some(format!("{} and {}", cell_name(one), cell_name(other))),
+        [(one, other), ..] if one.direction == other.direction => {
+            Some(format!("the poses {} and {}", one.pose, other.pose))
         }
-        [(one, other), ..] => {
-            let what = if one.direction == other.direction {
-                format!("the poses {} and {}", one.pose, other.pose)
-            } else {
-                format!("the directions {} and {}", one.direction, other.direction)
-            };
-            first_line(report, &format!("Data: {what} look exchanged"), 2)
-        }
+        [(one, other), ..] => Some(format!(
+            "the directions {} and {}",
+            one.direction, other.direction
+        )),
     };
+    let exchanged = exchanged.map(|what| (format!("Data: {what} look exchanged"), 2));
     let runs = match &runs[..] {
-        [] => String::new(),
-        [one] => first_line(
-            report,
-            &format!("Data: {} cannot be right", run_name(one)),
-            1,
-        ),
+        [] => None,
+        [one] => Some((format!("Data: {} cannot be right", run_name(one)), 1)),
         [one, ..] => {
             let more = runs.len() - 1;
             let several = || format!("{} and {more} more cannot be right", run_name(one));
             let what = cells_of_one_factor(&runs).unwrap_or_else(several);
-            first_line(report, &format!("Data: {what}"), 2)
+            Some((format!("Data: {what}"), 2))
         }
     };
     let bad = &report.bad_readings;
-    let readings = match &bad[..] {
-        [] => String::new(),
-        [one] => {
-            let place = format!("line {}, {}", one.line, cell_of(one));
-            let what = if one.repeats.is_empty() {
-                "contradicts the fit to all other readings"
-            } else {
-                "contradicts its repeats"
-            };
-            first_line(report, &format!("One reading {what}: {place}"), 1)
-        }
-        _ => {
-            let what = if bad.iter().any(|one| one.repeats.is_empty()) {
-                "contradict the fit to all other readings"
-            } else {
-                "contradict their repeats"
-            };
-            let what = format!("{} readings {what}", bad.len());
-            first_line(report, &what, bad.len())
-        }
+    let without_repeats = bad.iter().any(|one| one.repeats.is_empty());
+    let what = match &bad[..] {
+        [] => None,
+        [one] if without_repeats => Some(format!(
+            "One reading contradicts the fit to all other readings: line {}, {}",
+            one.line,
+            cell_of(one)
+        )),
+        [one] => Some(format!(
+            "One reading contradicts its repeats: line {}, {}",
+            one.line,
+            cell_of(one)
+        )),
+        _ if without_repeats => Some(format!(
+            "{} readings contradict the fit to all other readings",
+            bad.len()
+        )),
+        _ => Some(format!("{} readings contradict their repeats", bad.len())),
     };
-    let mistake = report
-        .table_mistake
-        .as_ref()
-        .map_or_else(String::new, |mistake| {
-            format!("Data: {}", table_mistake_words(mistake))
-        });
+    let readings = what.map(|what| (what, bad.len()));
     let mut document = Document::new();
-    let lines = [mistake, exchanged, runs, readings];
-    for line in lines.into_iter().filter(|line| !line.is_empty()) {
-        document.paragraph(line);
-    }
+    let mistake = report.table_mistake.as_ref();
+    document.paragraphs(mistake.map(|one| format!("Data: {}", table_mistake_words(one))));
+    let found = [exchanged, runs, readings].into_iter().flatten();
+    document.paragraphs(found.map(|(what, count)| first_line(report, &what, count)));
     document
 }
 
@@ -386,9 +368,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
         return Document::new();
     }
     let mut section = Document::under("Bad readings");
-    for one in report.bad_runs.iter().take(NAMED) {
-        section.item(bad_run(one));
-    }
+    section.items(report.bad_runs.iter().take(NAMED).map(bad_run));
     for one in bad.iter().take(NAMED) {
         let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
         let unit = sign_of(unit);

@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{KnownEffect, LawAtPlace};
 use crate::report::significant;
-use crate::report::text::with_unit;
+use crate::report::text::{digits, with_unit};
 
 use super::summary::FittedParameter;
 
@@ -80,34 +80,27 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
     }
     let mut section = Document::under("Physics known beforehand");
     section.paragraph("These effects are part of the model from the start and not candidates of the search. Their values were fitted again.");
-    let mut rows = Table::new([
-        words("effect"),
-        words("value"),
-        numbers("given"),
-        numbers("fitted"),
-        numbers("95 % interval"),
-    ]);
-    for one in known.iter().map(KnownEffectReport::from) {
-        let name = format!("{} at {}", one.law.law.name, one.law.place);
-        for (parameter, value) in &one.parameters {
-            rows.row([
-                name.clone(),
-                with_unit(parameter, &value.after.unit),
-                significant(value.given, 4),
-                significant(value.after.value, 4),
-                value.after.interval_in_words(3),
-            ]);
-        }
-        for (combination, value) in &one.combination {
-            rows.row([
-                name.clone(),
-                with_unit(combination, &value.after.unit),
-                "-".to_owned(),
-                significant(value.after.value, 4),
-                value.after.interval_in_words(3),
-            ]);
-        }
-    }
-    section.table(rows);
+    let known: Vec<KnownEffectReport> = known.iter().map(Into::into).collect();
+    let rows = known.iter().flat_map(|one| {
+        let parameters = one.parameters.iter();
+        let parameters = parameters.map(|(name, value)| (name, Some(value.given), &value.after));
+        let made = one.combination.iter();
+        let made = made.map(|(name, value)| (name, None, &value.after));
+        parameters.chain(made).map(move |value| (&one.law, value))
+    });
+    section.table(
+        Table::of(rows)
+            .words("effect", |(one, _)| {
+                format!("{} at {}", one.law.name, one.place)
+            })
+            .words("value", |(_, (name, _, after))| {
+                with_unit(name, &after.unit)
+            })
+            .numbers("given", |(_, (_, given, _))| digits(*given, 4))
+            .numbers("fitted", |(.., (.., after))| significant(after.value, 4))
+            .numbers("95 % interval", |(.., (.., after))| {
+                after.interval_in_words(3)
+            }),
+    );
     section
 }

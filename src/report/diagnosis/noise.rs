@@ -236,9 +236,7 @@ pub(super) fn noise_text(noise: &NoiseReport) -> Document {
     } else {
         document.paragraph(noise_sentence(&noise.deviations));
     }
-    for said in noise.components.iter().filter_map(further_part) {
-        document.paragraph(said);
-    }
+    document.paragraphs(noise.components.iter().filter_map(further_part));
     document
 }
 
@@ -317,16 +315,18 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Docume
         of.dof
             .map_or_else(|| "given".to_owned(), |dof| format!("{dof:.0}"))
     };
-    let digits = |of: &NoiseDeviation| significant(of.value, 2);
+    let with_dof = |of: &NoiseDeviation| [significant(of.value, 2), dof(of)];
     let head = "Noise: standard deviations with their degrees of freedom (dof) of the earlier sessions, and pooled with this session. p same: probability that two sessions with the same noise differ this much.";
     let mut document = Document::of(head);
     document.table(
         Table::of(rows)
             .words("noise estimated from", |(name, ..)| *name)
-            .numbers("reading, µm", |(_, noise, ..)| digits(&noise.reading_sd))
-            .numbers("dof", |(_, noise, ..)| dof(&noise.reading_sd))
-            .numbers("gauge zero, µm", |(_, noise, ..)| digits(&noise.zero_sd))
-            .numbers("dof", |(_, noise, ..)| dof(&noise.zero_sd))
+            .numbers_each(["reading, µm", "dof"], |(_, noise, ..)| {
+                with_dof(&noise.reading_sd)
+            })
+            .numbers_each(["gauge zero, µm", "dof"], |(_, noise, ..)| {
+                with_dof(&noise.zero_sd)
+            })
             .numbers("run slope, %", |(_, noise, ..)| {
                 percent(noise.run_slope_sd.value)
             })

@@ -2,7 +2,7 @@
 
 use stiffbench_document::Document;
 
-use crate::mismatch::NextMeasurement;
+use crate::mismatch::{Impossible, NextMeasurement};
 use crate::physics::Law;
 use crate::test_point::Branch;
 
@@ -85,18 +85,15 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
 /// Laws that would serve only with an impossible value.
 pub(super) fn rejected(report: &DiagnosisReport, detail: DiagnosisDetail) -> Document {
     let refused: Vec<_> = report.impossible().collect();
-    if refused.is_empty() {
-        return Document::new();
-    }
-    let mut section = Document::under("Rejected as impossible");
-    for one in refused.iter().take(PLACES) {
-        let sentence = format!(
+    let sentence = |one: &&Impossible| {
+        format!(
             "{}: {}.",
             capital(&phrase(one.law, &one.place, &[])),
             impossible(one.law)
-        );
-        section.item(sentence);
-    }
+        )
+    };
+    let first = refused.iter().take(PLACES).map(sentence);
+    let mut section = Document::list_under("Rejected as impossible", first);
     if refused.len() > PLACES {
         let listed = match detail {
             DiagnosisDetail::Page | DiagnosisDetail::Whole => "listed in the appendix",
@@ -109,15 +106,7 @@ pub(super) fn rejected(report: &DiagnosisReport, detail: DiagnosisDetail) -> Doc
 
 /// The section on what to measure next.
 pub(super) fn next(report: &DiagnosisReport, detail: DiagnosisDetail) -> Document {
-    let mut document = Document::new();
-    let plans = next_plans(report, detail);
-    if !plans.is_empty() {
-        document.heading("What to measure next");
-        for plan in plans {
-            document.item(plan);
-        }
-    }
-    document
+    Document::list_under("What to measure next", next_plans(report, detail))
 }
 
 /// Plans that would separate what is open, each with all that it separates.

@@ -103,10 +103,7 @@ fn size(subject: &Subject, finding: &Finding) -> String {
         }
         _ => None,
     };
-    let at_end = match subject {
-        Subject::Robot(_) => " at the end",
-        Subject::Part { .. } => "",
-    };
+    let at_end = subject.words(" at the end", "");
     format!(
         "{}up to {}{at_end}",
         at_place.unwrap_or_default(),
@@ -209,9 +206,7 @@ fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
         return Document::new();
     }
     let mut section = Document::under("What is lacking");
-    for one in lacking {
-        section.item(one);
-    }
+    section.items(lacking);
     if !answers.is_empty() {
         let all: Vec<String> = answers.iter().map(DiagnosisAnswer::phrase).collect();
         let hint = format!(
@@ -255,13 +250,9 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Documen
         "Weak signs, which chance may have made",
         answers.iter().filter(is_weak).collect(),
     );
-    if let Some(words) = loop_words(report) {
-        section.paragraph(words);
-    }
+    section.paragraphs(loop_words(report));
     let beginnings = &report.diagnosis.beginnings;
-    for sentence in beginnings.in_words(|load| report.subject.load(load)) {
-        section.paragraph(sentence);
-    }
+    section.paragraphs(beginnings.in_words(|load| report.subject.load(load)));
     let sizes = report.diagnosis.sizes;
     if sizes != ConfigurationSizes::Common {
         let follow = format!(
@@ -365,11 +356,7 @@ pub(super) fn capital(text: &str) -> String {
 }
 
 fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
-    if answers.is_empty() {
-        return Document::new();
-    }
-    let mut section = Document::under("How sure");
-    for answer in answers {
+    let sentence = |answer: &DiagnosisAnswer<'_>| {
         let best = answer.members()[0];
         let name = match answer {
             DiagnosisAnswer::Single(_) => capital(&phrase_of(best)),
@@ -387,10 +374,9 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
             report.subject.factor(),
             best.standard_errors
         );
-        let sentence = format!("{sentence}{}", shares_text(&best.shares));
-        section.item(sentence);
-    }
-    section
+        sentence + &shares_text(&best.shares)
+    };
+    Document::list_under("How sure", answers.iter().map(sentence))
 }
 
 /// What a finding explains of the misfit, as a sentence behind another; empty where the misfit is too small to be divided.
@@ -409,13 +395,9 @@ fn shares_text(shares: &MisfitShares) -> String {
 
 /// The nearest rivals.
 fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
-    if answers.is_empty() {
-        return Document::new();
-    }
-    let mut section = Document::under("What else it could be");
-    for answer in answers {
+    let sentence = |answer: &DiagnosisAnswer<'_>| {
         let best = answer.members()[0];
-        let sentence = match (best.rivals.first(), answer) {
+        match (best.rivals.first(), answer) {
             (None, DiagnosisAnswer::Single(_)) => format!(
                 "{}: no other law of the library explains the readings nearly as well{}.",
                 capital(&phrase_of(best)),
@@ -449,10 +431,9 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
                     rival.log_bayes_to_winner
                 )
             }
-        };
-        section.item(sentence);
-    }
-    section
+        }
+    };
+    Document::list_under("What else it could be", answers.iter().map(sentence))
 }
 
 fn where_(report: &DiagnosisReport) -> Document {
@@ -474,9 +455,7 @@ fn where_(report: &DiagnosisReport) -> Document {
             one_in(one.p_family, least)
         )
     };
-    for one in locations.iter().take(PATTERNS) {
-        section.item(line(one));
-    }
+    section.items(locations.iter().take(PATTERNS).map(line));
     let suspects = [
         ("the stiffness", &report.located.slope_components),
         ("the shape of the curves", &report.located.shape_components),

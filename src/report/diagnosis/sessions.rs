@@ -110,8 +110,6 @@ pub(super) fn sessions(report: &DiagnosisReport) -> Document {
             .numbers("gauge zero, µm", |one| digits(micro(one.noise.zero_sd_m)))
             .numbers("run slope, %", |one| digits(100.0 * one.noise.run_slope_sd)),
     );
-    for sentence in decided {
-        document.paragraph(sentence);
-    }
+    document.paragraphs(decided);
     document
 }

@@ -13,7 +13,7 @@ use crate::fit::TableMistake;
 use crate::mismatch::{
     Beginnings, ConfigurationSizes, Contrast, EstimatedValue, ExplainedShare, FactorChange,
     Finding, HeldOut, Impossible, LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus,
-    PartUnits, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict, VerdictGrade,
+    PartUnits, Rival, Stratum, StratumTest, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::report::{micro, text::open_interval};
@@ -28,7 +28,7 @@ use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
 use super::page::headline;
 use super::sessions::SessionReport;
-use super::{check, factor_value, phrases};
+use super::{DiagnosedModel, check, factor_value, phrases};
 
 /// A diagnosis: of sessions and load cases, or of a part, whose table states its own units.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -407,12 +407,8 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
                 standard_errors: diagnosis.unexplained_standard_errors,
                 share: diagnosis.shares.share_of_misfit.map(|share| 1.0 - share),
             },
-            before: QualityReport::new(report, &diagnosis.before, |r| {
-                [r.before_m, r.before_within_run_m]
-            }),
-            after: QualityReport::new(report, &diagnosis.after, |r| {
-                [r.after_m, r.after_within_run_m]
-            }),
+            before: QualityReport::new(report, DiagnosedModel::Before),
+            after: QualityReport::new(report, DiagnosedModel::After),
             known_effects: (diagnosis.known_effects.iter().map(Into::into)).collect(),
             factors: factors.collect(),
             slopes: slopes.collect(),
@@ -565,18 +561,15 @@ impl From<&Impossible> for RejectedLaw {
 }
 
 impl QualityReport {
-    fn new(
-        report: &DiagnosisReport,
-        quality: &Quality,
-        residuals: impl Fn(&ReadingTrace) -> [f64; 2],
-    ) -> Self {
+    fn new(report: &DiagnosisReport, model: DiagnosedModel) -> Self {
+        let quality = report.quality(model);
         let micrometres = |reading: f64| report.subject.micrometres(reading);
         let directions = report.directions().filter(|_| !report.is_of_part());
         let by_direction = directions.map(|direction| {
-            let [rms_m, _] = report.rms_m(&residuals, Some(direction));
+            let [rms_m, _] = report.rms_m(model, Some(direction));
             (direction, micro(rms_m))
         });
-        let [_, within_runs_m] = report.rms_m(&residuals, None);
+        let [_, within_runs_m] = report.rms_m(model, None);
         let percent = |rms_m: f64| 100.0 * rms_m / report.trace.displacement_rms_m;
         Self {
             rms_um: micrometres(quality.rms_m),

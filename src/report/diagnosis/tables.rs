@@ -2,12 +2,12 @@
 
 use stiffbench_document::{Document, Table};
 
-use crate::mismatch::{Quality, ReadingTrace};
+use crate::mismatch::Quality;
 use crate::physics::{Law, Place};
 use crate::report::text::{significant, with_unit};
 
 use super::page::capital;
-use super::{Determination, FactorChangeReport};
+use super::{Determination, DiagnosedModel, FactorChangeReport};
 use crate::analysis::{DiagnosisReport, Subject};
 
 /// The factors, and how they move back once what was missing is there.
@@ -74,8 +74,11 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
     };
     let mut rows: Vec<[String; 3]> = Vec::new();
     let mut add = |name: &str, before, after| rows.push([name.to_owned(), before, after]);
-    let (before, after) = (&diagnosis.before, &diagnosis.after);
-    let mut both = |name: &str, of: &dyn Fn(&Quality) -> String| add(name, of(before), of(after));
+    let models = [DiagnosedModel::Before, DiagnosedModel::After];
+    let mut both = |name: &str, of: &dyn Fn(&Quality) -> String| {
+        let [before, after] = models.map(|model| of(report.quality(model)));
+        add(name, before, after);
+    };
     both("all readings", &|quality| shown(quality.rms_m));
     // Each configuration of a part has a slope of its own: one that was left out would have none.
     let is_of_robot = !report.is_of_part();
@@ -94,8 +97,6 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
             units.map_or_else(only_one, |units| format!("{units:.2}"))
         });
     }
-    let old = |r: &ReadingTrace| [r.before_m, r.before_within_run_m];
-    let new = |r: &ReadingTrace| [r.after_m, r.after_within_run_m];
     // Of one load in each run zero and slope are all there is.
     let (place, off) = if report.observations.has_series() {
         (1, ", without zero and slope of each run")
@@ -107,10 +108,9 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
             Subject::Robot(_) => format!("along {direction}"),
             Subject::Part { .. } => "of all runs".to_owned(),
         };
-        let [before_m, after_m] = [&old, &new as &dyn Fn(&ReadingTrace) -> [f64; 2]]
-            .map(|of| report.rms_m(of, Some(direction))[place]);
-        let name = format!("readings {along}{off}");
-        add(&name, subject.reading(before_m), subject.reading(after_m));
+        let [before, after] =
+            models.map(|model| subject.reading(report.rms_m(model, Some(direction))[place]));
+        add(&format!("readings {along}{off}"), before, after);
     }
     let table = Table::of(rows)
         .words("root mean square", |[name, ..]| name.clone())
@@ -130,12 +130,10 @@ pub(super) fn errors(report: &DiagnosisReport) -> Document {
         (None, true) => "displacements about the mean of their gauge zero",
         (None, false) => "displacements",
     };
-    let softest = match subject {
-        Subject::Robot(_) => {
-            " Micrometre values are dominated by the softest direction; noise-normalised values weight all readings equally."
-        }
-        Subject::Part { .. } => "",
-    };
+    let softest = subject.words(
+        " Micrometre values are dominated by the softest direction; noise-normalised values weight all readings equally.",
+        "",
+    );
     let floor = format!(
         "Percentages refer to the RMS of the {of}, {}. Noise alone gives about {} over all readings, or 1.00 in units of the noise; a fit leaves somewhat less, because zeros and {}s follow the noise.{softest}",
         subject.reading(report.trace.displacement_rms_m),
@@ -154,10 +152,7 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
         return section;
     }
     section.heading("What would have been found");
-    let at = match subject {
-        Subject::Robot(_) => "at the end of the robot",
-        Subject::Part { .. } => "on a reading",
-    };
+    let at = subject.words("at the end of the robot", "on a reading");
     let promise = format!(
         "Smaller effects may be present. An effect of this size {at} would have been detected in four of five such sessions; the table lists the places where each law is detected best and worst, and at how many of its places no size could have been detected."
     );

@@ -122,28 +122,31 @@ impl Subject {
         }
     }
 
+    /// Words that a diagnosis of a robot has, or those of a part.
+    pub(in crate::report) fn words(
+        &self,
+        of_robot: &'static str,
+        of_part: &'static str,
+    ) -> &'static str {
+        match self {
+            Self::Robot(_) => of_robot,
+            Self::Part { .. } => of_part,
+        }
+    }
+
     /// What was fitted without any law.
     pub(super) fn model(&self) -> &'static str {
-        match self {
-            Self::Robot(_) => "model",
-            Self::Part { .. } => "straight line",
-        }
+        self.words("model", "straight line")
     }
 
     /// What readings are of: poses, or configurations of a part.
     pub(super) fn pose(&self) -> &'static str {
-        match self {
-            Self::Robot(_) => "pose",
-            Self::Part { .. } => "configuration",
-        }
+        self.words("pose", "configuration")
     }
 
     /// What is fitted beside every law: factors, or the slopes of a part.
     pub(super) fn factor(&self) -> &'static str {
-        match self {
-            Self::Robot(_) => "factor",
-            Self::Part { .. } => "slope",
-        }
+        self.words("factor", "slope")
     }
 
     /// What loads and readings are, for figures.

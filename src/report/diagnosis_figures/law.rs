@@ -1,5 +1,7 @@
 //! What the readings show of a found law, and its curve, over what drives it.
 
+use indexmap::IndexSet;
+
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{EffectTrace, ReadingTrace};
 use crate::physics::{Curve, Driving, Law, Place};
@@ -42,12 +44,7 @@ pub(super) fn law(report: &DiagnosisReport, effect: &EffectTrace) -> FoundLaw {
             ..gathered(effect, seen)
         }]
     } else {
-        let mut cells: Vec<&Cell> = Vec::new();
-        for one in &seen {
-            if !cells.contains(&&one.reading.cell) {
-                cells.push(&one.reading.cell);
-            }
-        }
+        let cells: IndexSet<&Cell> = seen.iter().map(|one| &one.reading.cell).collect();
         let panel = |cell: &&Cell| {
             let own = seen.iter().filter(|one| one.reading.cell == **cell);
             let heading = if report.is_of_part() {

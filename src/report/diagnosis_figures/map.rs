@@ -2,29 +2,13 @@
 
 use std::cmp::Ordering;
 
+use indexmap::IndexSet;
+
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::ReadingTrace;
 use crate::plot::{MapLoadStep, MapValue, MismatchMap, ResidualMeasure, RunSummary};
+use crate::report::diagnosis::DiagnosedModel;
 use crate::test_point::{Branch, Cell};
-
-/// Which residuals are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DiagnosedModel {
-    /// Those of the model without effects.
-    Before,
-    /// Those of the final model.
-    After,
-}
-
-impl DiagnosedModel {
-    /// Residuals about the gauge zero, and what is left of them within their run.
-    fn residuals_m(self, reading: &ReadingTrace) -> [f64; 2] {
-        match self {
-            Self::Before => [reading.before_m, reading.before_within_run_m],
-            Self::After => [reading.after_m, reading.after_within_run_m],
-        }
-    }
-}
 
 /// The map, every square as a multiple of the standard uncertainty that the noise alone gives it.
 ///
@@ -33,12 +17,8 @@ impl DiagnosedModel {
 pub(super) fn map(report: &DiagnosisReport, model: DiagnosedModel) -> MismatchMap {
     let readings = &report.trace.readings;
     let slope_sd = report.diagnosis.noise.run_slope_sd;
-    let mut cells: Vec<Cell> = Vec::new();
-    for reading in readings {
-        if !cells.contains(&reading.cell) {
-            cells.push(reading.cell.clone());
-        }
-    }
+    let cells: IndexSet<&Cell> = readings.iter().map(|reading| &reading.cell).collect();
+    let cells: Vec<Cell> = cells.into_iter().cloned().collect();
     let load_steps = load_steps(readings);
     let mut repeats: Vec<u32> = readings.iter().map(|reading| reading.repeat).collect();
     repeats.sort_unstable();

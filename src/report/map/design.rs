@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::distribution::DesignSensitivity;
 use crate::quantity::{
@@ -30,9 +30,8 @@ pub fn sensitivity_document(mechanism: &str, found: &DesignSensitivity) -> Docum
         significant(found.smallest_n_per_m / N_PER_UM, 4),
         significant(found.mean_n_per_m / N_PER_UM, 4),
     ));
-    let heads = ["least", "mean"].map(|of| Property::ALL.map(|one| format!("{of} {}", one.name())));
-    let columns = heads.as_flattened().iter().map(numbers);
-    let mut table = Table::new(std::iter::once(words("section")).chain(columns));
+    let heads = |of: &str| Property::ALL.map(|one| format!("{of} {}", one.name()));
+    let printed = |values: [f64; 4]| values.map(|value| format!("{value:.3}"));
     let size = |values: &[f64; 4]| values.iter().map(|v| v.abs()).fold(0.0, f64::max);
     let mut sections: Vec<_> = found.sections.iter().collect();
     sections.sort_by(|a, b| {
@@ -40,14 +39,14 @@ pub fn sensitivity_document(mechanism: &str, found: &DesignSensitivity) -> Docum
     });
     let count = sections.len();
     sections.retain(|one| size(&one.smallest).max(size(&one.mean)) >= WORTH_LISTING);
-    for section in &sections {
-        let numbers = section.smallest.iter().chain(&section.mean);
-        let numbers = numbers.map(|v| format!("{v:.3}"));
-        table.row(std::iter::once(section.section.clone()).chain(numbers));
-    }
     document.paragraph("Per cent of stiffness per per cent of a section constant:");
-    document.table(table);
     let rest = count - sections.len();
+    document.table(
+        Table::of(sections)
+            .words("section", |one| &one.section)
+            .numbers_each(heads("least"), |one| printed(one.smallest))
+            .numbers_each(heads("mean"), |one| printed(one.mean)),
+    );
     if rest > 0 {
         document.paragraph(format!("{rest} sections move neither by 0.05 % of theirs."));
     }

@@ -1,7 +1,7 @@
 //! The paper's Tables VII to X beside maps of its mechanisms.
 
 use indexmap::IndexSet;
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
@@ -129,26 +129,18 @@ fn side_by_side(cells: &[&PaperCell]) -> Table {
     };
     let heads: IndexSet<String> = cells.iter().map(|cell| head_of(cell)).collect();
     let names: IndexSet<&str> = cells.iter().map(|cell| cell.row.as_str()).collect();
-    let columns = heads
-        .iter()
-        .flat_map(|head| [head, "ours", "ratio"].map(numbers));
-    let mut rows = Table::new(std::iter::once(words("row")).chain(columns));
-    for name in names {
-        let of_head = heads.iter().flat_map(|head| {
-            let mut found = cells.iter();
-            let found = found.find(|cell| cell.row == name && head_of(cell) == *head);
-            found.map_or_else(
-                || ["-"; 3].map(str::to_owned),
-                |cell| {
-                    [
-                        cell.paper.to_string(),
-                        digits(cell.ours, 4),
-                        or_dash(cell.ratio, |ratio| format!("{ratio:.2}")),
-                    ]
-                },
-            )
+    let mut table = Table::of(names).words("row", |name| *name);
+    for head in &heads {
+        table = table.numbers_each([head, "ours", "ratio"], |name| {
+            let mut cells = cells.iter();
+            let cell = cells.find(|cell| cell.row == *name && head_of(cell) == *head);
+            let ratio = cell.and_then(|cell| cell.ratio);
+            [
+                or_dash(cell, |cell| cell.paper.to_string()),
+                digits(cell.and_then(|cell| cell.ours), 4),
+                or_dash(ratio, |ratio| format!("{ratio:.2}")),
+            ]
         });
-        rows.row(std::iter::once(name.to_owned()).chain(of_head));
     }
-    rows
+    table.into()
 }

@@ -1,7 +1,7 @@
 //! Maps for people.
 
 use indexmap::IndexSet;
-use stiffbench_document::{Document, Table, numbers, sign_of, words};
+use stiffbench_document::{Document, Table, sign_of};
 
 use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
@@ -141,57 +141,50 @@ impl MapReport<'_> {
         document.table(
             Table::of(found)
                 .words("by the fit", |(name, ..)| *name)
-                .numbers("smallest", |(_, of, fit)| stiffness(of, fit.smallest.value))
-                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.smallest))
-                .numbers("largest", |(_, of, fit)| stiffness(of, fit.largest.value))
-                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.largest))
-                .numbers("mean", |(_, of, fit)| stiffness(of, fit.mean.value))
-                .numbers("U, k", |(_, of, fit)| expanded(of, &fit.mean)),
+                .numbers_each(["smallest", "U, k"], |(_, of, fit)| {
+                    with_u(of, &fit.smallest)
+                })
+                .numbers_each(["largest", "U, k"], |(_, of, fit)| with_u(of, &fit.largest))
+                .numbers_each(["mean", "U, k"], |(_, of, fit)| with_u(of, &fit.mean)),
         );
     }
 
     fn add_extremes(&self, document: &mut Document) {
         let [first, second] = plane_column_heads(&self.poses.plane);
-        let (first, second) = (format!("{first}, m"), format!("{second}, m"));
-        let unit = self.units();
+        let heads = [format!("{first}, m"), format!("{second}, m")];
         let free = &self.poses.set.free;
-        let angles = free.iter();
-        let angles = angles.map(|&variable| numbers(&self.robot.variables[variable].name));
-        let columns = [words("extreme")].into_iter();
-        let columns = columns
-            .chain([unit, first, second].map(numbers))
-            .chain(angles);
-        let mut rows = Table::new(columns.chain([words("held by")]));
-        for (study, found) in self.directions() {
-            for (word, refined) in ["smallest", "largest"].into_iter().zip(&found.refined) {
-                let name = format!("{} {} {word}", study.map.mechanism, found.column.name());
-                let refined = match refined {
-                    Ok(refined) => refined,
-                    Err(reason) => {
-                        let blanks = vec![String::new(); 3 + free.len()];
-                        rows.row([name].into_iter().chain(blanks).chain([reason.clone()]));
-                        continue;
-                    }
-                };
-                let [across, upward] = self.poses.plane.place(refined.end_m);
-                let angles = free
-                    .iter()
-                    .map(|&variable| format!("{:.3}", refined.pose.angles_deg[variable]));
-                rows.row(
-                    [
-                        name,
-                        stiffness(&found.column, refined.stiffness_n_per_m),
-                        format!("{across:.4}"),
-                        format!("{upward:.4}"),
-                    ]
-                    .into_iter()
-                    .chain(angles)
-                    .chain([refined.limits.join(", ")]),
-                );
-            }
-        }
+        let variables = free.iter();
+        let variables = variables.map(|&variable| &self.robot.variables[variable].name);
+        let rows = self.directions().flat_map(|(study, found)| {
+            let ends = ["smallest", "largest"].into_iter().zip(&found.refined);
+            ends.map(move |(word, refined)| (study, found, word, refined.as_ref()))
+        });
         document.paragraph("Where the extremes lie, refined to the limits");
-        document.table(rows);
+        document.table(
+            Table::of(rows)
+                .words("extreme", |(study, found, word, _)| {
+                    format!("{} {} {word}", study.map.mechanism, found.column.name())
+                })
+                .numbers(self.units(), |(_, found, _, refined)| {
+                    let known = refined.map(|to| stiffness(&found.column, to.stiffness_n_per_m));
+                    known.unwrap_or_default()
+                })
+                .numbers_each(heads, |(.., refined)| {
+                    let place = refined.map(|to| self.poses.plane.place(to.end_m));
+                    let known = place.map(|place| place.map(|m| format!("{m:.4}")));
+                    known.unwrap_or_default()
+                })
+                .numbers_each(variables, |(.., refined)| {
+                    let angle = |&variable: &usize| {
+                        let known = refined.map(|to| to.pose.angles_deg[variable]);
+                        known.map_or_else(|_| String::new(), |angle| format!("{angle:.3}"))
+                    };
+                    free.iter().map(angle).collect::<Vec<_>>()
+                })
+                .words("held by", |(.., refined)| {
+                    refined.map_or_else(Clone::clone, |to| to.limits.join(", "))
+                }),
+        );
     }
 
     /// The studied directions, mechanism by mechanism; principal stiffnesses have their regions in the JSON only.
@@ -363,6 +356,14 @@ fn direction_words(column: &MapColumn) -> String {
 /// A stiffness in the unit of its column.
 fn stiffness(column: &MapColumn, si: f64) -> String {
     significant(si / unit_of(column).1, 4)
+}
+
+/// A stiffness, and its expanded uncertainty with the coverage factor.
+fn with_u(column: &MapColumn, estimate: &Estimate) -> [String; 2] {
+    [
+        stiffness(column, estimate.value),
+        expanded(column, estimate),
+    ]
 }
 
 /// Expanded uncertainty in the unit of its column, with its coverage factor.

@@ -21,9 +21,7 @@ impl ReportPage {
         let readings = with_figures(Document::new(), &figures.readings);
         body.section("Load and displacement", readings);
         let mut of_fit = Document::new();
-        for line in self.about_fit() {
-            of_fit.paragraph(line);
-        }
+        of_fit.paragraphs(self.about_fit());
         of_fit.append(of(fit.map(|one| &one.text)));
         body.section("Fit and validation", with_figures(of_fit, &figures.fit));
         let map = with_figures(self.map.clone(), &figures.map);
@@ -139,9 +137,7 @@ impl ReportPage {
 
 fn list(lines: &[String]) -> Document {
     let mut list = Document::new();
-    for line in lines {
-        list.item(line);
-    }
+    list.items(lines);
     list
 }
 

@@ -81,9 +81,7 @@ impl ReportPage {
         if !next.is_empty() {
             answer.paragraph("What to do next:");
         }
-        for line in next {
-            answer.item(line);
-        }
+        answer.items(next);
         answer
     }
 

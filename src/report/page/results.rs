@@ -100,10 +100,9 @@ pub(super) fn cells_document(cells: &[PageCell]) -> Document {
             .words("pose", |cell| &cell.pose)
             .words("direction", |cell| &cell.direction)
             .numbers("runs", |cell| cell.runs)
-            .numbers("K, N/µm", |cell| printed(&cell.stiffness)[0].clone())
-            .numbers("U, N/µm", |cell| printed(&cell.stiffness)[1].clone())
-            .numbers("k", |cell| printed(&cell.stiffness)[2].clone())
-            .numbers("dof", |cell| printed(&cell.stiffness)[3].clone())
+            .numbers_each(["K, N/µm", "U, N/µm", "k", "dof"], |cell| {
+                printed(&cell.stiffness)
+            })
             .numbers("U/K, %", percent),
     );
     for cell in cells {
