@@ -140,13 +140,9 @@ pub(super) fn run(
     } = checked(args, global)?;
     let clock = Clock::starting_at(0.0, speed(&args.bench));
     let mut bench = args.bench.clone();
-    let hand = emulate(&mut bench, &robot, &procedure, clock)?;
-    let (resolved, notes) = resolve_gauges(
-        &bench,
-        &plan.channels(),
-        &Instruments::default(),
-        &SessionState::default(),
-    )?;
+    let (begun_with, state) = (Instruments::default(), SessionState::default());
+    let hand = emulate(&mut bench, &robot, &procedure, &begun_with, clock)?;
+    let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &begun_with, &state)?;
     warnings.extend(notes);
     if global.no_input {
         check_present(&resolved)?;
@@ -178,7 +174,7 @@ pub(super) fn run(
     let ready = Ready {
         folder,
         journal,
-        state: SessionState::default(),
+        state,
         plan,
         instruments,
         first,

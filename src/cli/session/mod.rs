@@ -30,7 +30,7 @@ use args::SessionCommand;
 
 /// Plans, runs and looks after guided sessions.
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
-    match args.what.with_gauges_by_option() {
+    match args.what {
         SessionCommand::Plan(args) => plan::run(&args),
         SessionCommand::Run(args) if args.dry_run => plan::dry_run(&args, global),
         SessionCommand::Run(args) => drive::run(&args, global, None),
@@ -65,7 +65,6 @@ pub(super) fn run_command(
         no_input: cli.global.no_input,
         ..global.clone()
     };
-    let args = args.with_gauges_by_option();
     let ended = drive::run(&args, &global, Some(operator))?;
     if ended.exit == 0 {
         return Ok(());

@@ -97,11 +97,17 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
     let session = checked(args, global)?;
     let (plan, mut warnings) = (&session.plan, session.warnings);
     let mut bench = args.bench.clone();
-    let clock = Clock::default();
-    let hand = emulate(&mut bench, &session.robot, &session.procedure, clock)?;
+    let (clock, records) = (Clock::default(), Instruments::default());
+    let hand = emulate(
+        &mut bench,
+        &session.robot,
+        &session.procedure,
+        &records,
+        clock,
+    )?;
     let channels = plan.channels();
     warnings.extend(if hand.is_some() {
-        let (records, state) = (Instruments::default(), SessionState::default());
+        let state = SessionState::default();
         resolve_gauges(&bench, &channels, &records, &state)?.1
     } else {
         check_descriptions(&bench, &channels)?
