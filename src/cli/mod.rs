@@ -8,7 +8,6 @@ mod config;
 mod data_args;
 mod demo;
 mod diagnose;
-mod diagnose_args;
 mod doctor;
 #[cfg(unix)]
 pub mod emulated;
@@ -38,7 +37,6 @@ pub mod progress;
 pub mod rehearsal;
 pub mod report;
 mod robot;
-mod robot_args;
 mod robot_export;
 mod robot_new;
 mod robot_pose;

@@ -9,8 +9,7 @@ use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
 use super::args::Global;
-use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, report_of};
-use super::diagnose_args::SearchArgs;
+use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, SearchArgs, report_of};
 use super::failure::Failure;
 use super::outcome::Outcome;
 use super::predict::{self, PredictArgs};
