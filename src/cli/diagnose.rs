@@ -18,16 +18,16 @@ use crate::report::{
 };
 use crate::session::inside;
 
-use super::args::{Global, ModelArgs};
+use super::args::ModelArgs;
 use super::data_args::DataArgs;
-use super::failure::{CliError, Failure, refuse_given};
+use super::failure::refuse_given;
 use super::figure_files::{write_figures, write_result, write_texts};
-use super::outcome::Outcome;
 use super::parameter_args::ParameterArgs;
 use super::part::{self, PartFiles};
 use super::pose_args::PoseRulesArgs;
 use super::progress::progress;
 use super::specimen_args::SpecimenArgs;
+use super::{CliError, Failure, Global, Outcome};
 
 /// What the bar of a diagnosis shows.
 pub(super) const DIAGNOSIS_STEPS: &str = "diagnosis (read, search, judge, draw)";

@@ -12,13 +12,11 @@ use crate::instrument::Channel;
 use crate::instrument::port::{PortInfo, list_ports, permission_remedy};
 use crate::report::{CheckReport, DoctorReport, VERSION};
 
-use super::args::Global;
 use super::colour::is_wanted;
 use super::config::{Config, unknown_variables};
-use super::failure::Failure;
 use super::gauge::open::{BINDINGS_FILE, read_bindings};
 use super::locale::{is_utf8, locale};
-use super::outcome::Outcome;
+use super::{Failure, Global, Outcome};
 
 /// Arguments of `doctor`.
 #[derive(Debug, Args)]

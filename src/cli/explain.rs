@@ -7,8 +7,8 @@ use crate::physics::Law;
 use crate::report::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 use crate::shipped::{Explanation, error_explanations, verdict_explanations};
 
-use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure, exit_code_of};
-use super::outcome::Outcome;
+use super::failure::{EXIT_CODE_MEANINGS, exit_code_of};
+use super::{CliError, Failure, Outcome};
 
 /// Arguments of `explain`.
 #[derive(Debug, Args)]

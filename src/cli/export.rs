@@ -15,12 +15,10 @@ use crate::readings::OverdueGauge;
 use crate::report::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 use crate::stiffness::{Branches, StiffnessReport};
 
-use super::args::Global;
 use super::data_args::DataArgs;
-use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::option_values::{BRANCHES, one_of};
-use super::outcome::Outcome;
+use super::{CliError, Failure, Global, Outcome};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]

@@ -15,16 +15,16 @@ use crate::load_cases::write_load_cases;
 use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{Global, ModelArgs};
+use super::args::ModelArgs;
 use super::data_args::DataArgs;
-use super::failure::{Failure, refuse_given};
+use super::failure::refuse_given;
 use super::figure_files::{write, write_figures};
 use super::numbers::MOST_REPLICATES;
 use super::option_values::{OptionValue, one_of};
-use super::outcome::Outcome;
 use super::parameter_args::ParameterArgs;
 use super::pose_args::PoseRulesArgs;
 use super::progress::progress;
+use super::{Failure, Global, Outcome};
 
 /// Fitting method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

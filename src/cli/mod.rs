@@ -56,7 +56,10 @@ use serde_json::Value;
 
 use crate::analysis::{ArgumentError, forget_inputs};
 use crate::export::tidy::TidyTable;
-use args::{Cli, Command, Global, ProgressMode};
+use args::{Cli, Command, ProgressMode};
+
+// What a command takes and gives: all of them import it from here.
+use args::Global;
 use failure::{CliError, Failure};
 use outcome::Outcome;
 

@@ -14,17 +14,16 @@ use crate::robot::{
 };
 use crate::structure::Compliance6;
 
-use super::args::{Global, RobotModelArgs};
-use super::failure::Failure;
+use super::args::RobotModelArgs;
 use super::figure_files::write_figures;
 use super::map::{self, MapArgs};
 use super::numbers::three_numbers;
-use super::outcome::Outcome;
 use super::pose_args::{PoseArgs, limits_passed};
 use super::robot_export::{self, RobotExportArgs};
 use super::robot_new::{NewArgs, new_robot};
 use super::robot_pose;
 use super::significance::{self, SignificanceArgs};
+use super::{Failure, Global, Outcome};
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_source};
 
 /// Arguments of `robot`.

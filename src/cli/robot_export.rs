@@ -10,11 +10,10 @@ use crate::report::{ExportFormat, ModelExportReport};
 use crate::shipped::{shipped_robot, shipped_robots};
 
 use super::args::RobotModelArgs;
-use super::failure::Failure;
 use super::figure_files::write;
 use super::map::{FitFile, read_fit};
-use super::outcome::Outcome;
 use super::pose_args::{PoseArgs, limits_passed};
+use super::{Failure, Outcome};
 
 /// Arguments of `robot export`.
 #[derive(Debug, Args)]

@@ -13,9 +13,8 @@ use crate::robot::format2::file::DhConvention;
 use crate::robot::{Robot, RobotError};
 use crate::source_text::SourceText;
 
-use super::failure::{CliError, Failure};
 use super::figure_files::{check_new, write_new};
-use super::outcome::Outcome;
+use super::{CliError, Failure, Outcome};
 
 /// Arguments of `robot new`.
 #[derive(Debug, Args)]

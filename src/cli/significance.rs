@@ -11,8 +11,7 @@ use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
 use super::args::RobotModelArgs;
-use super::failure::Failure;
-use super::outcome::Outcome;
+use super::{Failure, Outcome};
 
 /// Arguments of `robot significance`.
 #[derive(Debug, Args)]

@@ -22,13 +22,13 @@ use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
 use super::args::ModelArgs;
-use super::failure::{CliError, Failure, refuse_given};
+use super::failure::refuse_given;
 use super::figure_files::write;
 use super::model::effects_text;
 use super::numbers::{MOST_LOAD_CASES, count_up_to};
 use super::option_values::{OptionValue, one_of};
-use super::outcome::Outcome;
 use super::procedure::{AxesArgs, ProcedureArgs, SingleLoads, resolve_procedure, single_loads};
+use super::{CliError, Failure, Outcome};
 use crate::analysis::{
     ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, refuse_unseen_laws, sha256,
     state_joint_values,

@@ -10,12 +10,11 @@ use crate::readings::{Reading, ReadingTable};
 use crate::report::{VectorStiffnessReport, load_displacement_figure, stiffness_document};
 use crate::stiffness::{Branches, StiffnessReport};
 
-use super::args::Global;
 use super::data_args::DataArgs;
-use super::failure::{Failure, refuse_given};
+use super::failure::refuse_given;
 use super::figure_files::write_figures;
 use super::option_values::{BRANCHES, one_of};
-use super::outcome::Outcome;
+use super::{Failure, Global, Outcome};
 use crate::count::counted;
 
 /// Arguments of `stiffness`.

@@ -17,9 +17,9 @@ use crate::instrument::{Channel, InstrumentDescription};
 
 use super::descriptions::{ProtocolsArgs, all_descriptions, find_description};
 use super::open::{BINDINGS_FILE, channel, read_bindings};
-use crate::cli::args::{Global, seconds};
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::outcome::{Outcome, print_error};
+use crate::cli::args::seconds;
+use crate::cli::outcome::print_error;
+use crate::cli::{CliError, Failure, Global, Outcome};
 use crate::report::{BindingReport, BoundGauge, PortList, PortReport, ProbeReport};
 use crate::session::write_whole;
 

@@ -22,12 +22,11 @@ use crate::robot::Robot;
 use crate::source_text::SourceText;
 use crate::stiffness::{Branches, GaugePair, StiffnessOptions, stiffness_table};
 
-use super::args::Global;
-use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::outcome::{Outcome, print_error};
+use super::outcome::print_error;
 use super::session::instrument_records;
 use super::simulate::create_new;
+use super::{CliError, Failure, Global, Outcome};
 
 use joints::take_variables;
 

@@ -4,8 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::analysis::{ArgumentError, ReadError};
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Outcome};
 use crate::distribution::{PoseSample, Shard, StiffnessMap, row_width};
 
 use super::args::MergeArgs;

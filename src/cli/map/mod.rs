@@ -15,10 +15,8 @@ use stiffbench_document::Document;
 
 use crate::distribution::{PoseSample, Shard, StiffnessMap};
 
-use super::args::Global;
-use super::failure::Failure;
-use super::outcome::Outcome;
 use super::progress::progress;
+use super::{Failure, Global, Outcome};
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;

@@ -5,9 +5,8 @@ use std::path::Path;
 use stiffbench_document::Document;
 
 use crate::analysis::ArgumentError;
-use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write_figures, write_result};
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Outcome};
 use crate::distribution::{PoseSample, ShiftMap, StiffnessMap, design_sensitivity};
 use crate::plot::Figure;
 use crate::report::{

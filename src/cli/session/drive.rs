@@ -11,12 +11,11 @@ use crate::analysis::{
     ArgumentError, ResolvedModel, add_poses, check_specimen, header_sha256, sha256,
     state_joint_values, stated_scatter_m,
 };
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
 use crate::cli::global::today;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
+use crate::cli::{Failure, Global};
 use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::procedure::Procedure;

@@ -21,10 +21,9 @@ pub(super) use prepare::instrument_records;
 
 use crate::session::Operator;
 
-use super::args::{Command, Global};
-use super::failure::{CliError, Failure};
-use super::outcome::Outcome;
+use super::args::Command;
 use super::parse_words;
+use super::{CliError, Failure, Global, Outcome};
 
 use args::SessionCommand;
 

@@ -3,11 +3,10 @@
 use stiffbench_document::Document;
 
 use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses, design};
-use crate::cli::args::Global;
-use crate::cli::failure::{Failure, refuse_given};
+use crate::cli::failure::refuse_given;
 use crate::cli::figure_files::write;
-use crate::cli::outcome::Outcome;
 use crate::cli::procedure::resolve_procedure;
+use crate::cli::{Failure, Global, Outcome};
 use crate::clock::Clock;
 use crate::count::{counted, hours_and_minutes};
 use crate::fit::BestPoses;

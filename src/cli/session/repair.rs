@@ -10,9 +10,7 @@ use crate::analysis::{
     Inputs, JournalCheck, ReadError, TableCheck, compare_with_journal, session_file, sha256,
     shortened,
 };
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Global, Outcome};
 use crate::readings::{
     ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
 };
