@@ -39,7 +39,6 @@ pub mod report;
 mod robot;
 mod robot_export;
 mod robot_new;
-mod robot_pose;
 mod screen;
 mod session;
 mod significance;

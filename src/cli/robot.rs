@@ -1,27 +1,28 @@
 //! `stiffbench robot`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
 use crate::physics::{ActingPhysics, Effect, PlaceKind};
+use crate::plot::robot_pose;
 use crate::report::{
-    ComplianceReport, MechanismRank, MobilityReport, RobotReport, robot_check_document,
-    robot_figure,
+    ComplianceReport, MechanismRank, MobilityReport, RobotReport, pose_drawing,
+    robot_check_document, robot_figure, with_equal_views,
 };
 use crate::robot::{
-    JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
+    FittingFactors, JointModel, Mechanism, MechanismModel, Predictor, Robot, RobotError, Theory,
+    chain_mobility, mobility,
 };
 use crate::structure::Compliance6;
 
 use super::args::RobotModelArgs;
-use super::figure_files::write_figures;
+use super::figure_files::{file_part, write_figures};
 use super::map::{self, MapArgs};
 use super::numbers::three_numbers;
 use super::pose_args::{PoseArgs, limits_passed};
 use super::robot_export::{self, RobotExportArgs};
 use super::robot_new::{NewArgs, new_robot};
-use super::robot_pose;
 use super::significance::{self, SignificanceArgs};
 use super::{Failure, Global, Outcome};
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_source};
@@ -151,7 +152,7 @@ fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::default().with_robot(&robot, &source.text);
     let check = check_robot(&robot, &source)?;
     let drawn = args.figures.iter();
-    let drawn = drawn.map(|folder| robot_pose::draw(&robot, &inputs, folder));
+    let drawn = drawn.map(|folder| draw_poses(&robot, &inputs, folder));
     let drawn = drawn.collect::<Result<Vec<_>, _>>()?.concat();
     let document = robot_check_document(&check);
     let strict = u8::from(!check.findings.is_empty());
@@ -161,6 +162,24 @@ fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
         .with_warnings(findings)
         .with_written(&drawn)
         .with_strict_exit(strict))
+}
+
+/// Draws every named pose that can be taken (the nominal one if none has a name) into a folder; the others are findings of the check.
+fn draw_poses(robot: &Robot, inputs: &Inputs, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mechanism = robot.mechanism(None)?;
+    let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+    let mut model = MechanismModel::new(robot, mechanism, &joints, theory, &FittingFactors::UNIT)?;
+    let (mut names, mut drawings) = (Vec::new(), Vec::new());
+    for (name, pose) in robot.poses_or_nominal() {
+        if model.place(&pose).is_ok() {
+            drawings.push(pose_drawing(&model, &name));
+            names.push(format!("pose-{}", file_part(&name)));
+        }
+    }
+    with_equal_views(&mut drawings);
+    let inputs = inputs.clone().with_mechanism(&mechanism.name);
+    let figures = names.into_iter().zip(drawings.iter().map(robot_pose));
+    write_figures(folder, figures.collect(), &inputs)
 }
 
 fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
