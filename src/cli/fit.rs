@@ -125,25 +125,23 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     refuse_what_the_method_ignores(args)?;
     let settings = args.reading.open_settings(global)?;
     let data = Data::open(&args.data, &settings)?;
-    match &data {
-        Data::LoadCases(_) => refuse_what_needs_cells(args)?,
-        Data::Readings(_)
-            if !args.further.is_empty()
-                && args.bootstrap > 0
-                && args.bootstrap_over == BootstrapOver::Runs =>
-        {
-            return ArgumentError::refuse(
-                "--bootstrap",
-                "it resamples the runs of one session",
-                "add --bootstrap-over cells, or fit one session",
-            );
-        }
-        Data::Readings(_) | Data::Stiffness { .. } => {}
+    let is_of_cases = matches!(data, Data::LoadCases(_));
+    if is_of_cases {
+        refuse_what_needs_cells(args)?;
+    }
+    let resamples_runs = args.bootstrap > 0 && args.bootstrap_over == BootstrapOver::Runs;
+    if matches!(data, Data::Readings(_)) && !args.further.is_empty() && resamples_runs {
+        return ArgumentError::refuse(
+            "--bootstrap",
+            "it resamples the runs of one session",
+            "add --bootstrap-over cells, or fit one session",
+        );
     }
     let data = data.with(&args.further, &settings)?;
-    let notes = match &data {
-        Data::LoadCases(_) => data.warnings(),
-        Data::Readings(_) | Data::Stiffness { .. } => Vec::new(),
+    let notes = if is_of_cases {
+        data.warnings()
+    } else {
+        Vec::new()
     };
     let data = FitData::new(data, &args.model.choice()?, method)
         .map_err(|error| Failure::from(error).with_warnings(&notes))?;
