@@ -55,7 +55,7 @@ use serde_json::Value;
 
 use crate::analysis::{ArgumentError, forget_inputs};
 use crate::export::tidy::TidyTable;
-use args::{Cli, Command, ProgressMode};
+use args::{Cli, Command};
 
 // What a command takes and gives: all of them import it from here.
 use args::Global;
@@ -171,14 +171,7 @@ fn run_words(words: &[&str], global: &Global) -> Result<Outcome, Failure> {
 fn only_json(json: bool) -> Global {
     Global {
         json,
-        strict: false,
-        trust_csv: false,
-        no_config: false,
-        no_input: false,
-        verbose: 0,
-        quiet: false,
-        color: ColorChoice::Auto,
-        progress: ProgressMode::Auto,
+        ..Global::default()
     }
 }
 
