@@ -20,7 +20,7 @@ use super::{Failure, Global, Outcome};
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
-pub(super) use fit_file::{FitFile, read_fit};
+pub(super) use fit_file::read_fit;
 
 use args::MapCommand;
 use files::{WantedFigures, draw, write_all};

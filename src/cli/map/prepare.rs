@@ -29,32 +29,25 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     let mut warnings = resolved.warnings.clone();
     let robot = &resolved.robot;
     let names = mechanisms(args, robot, &resolved)?;
-    let FitFile {
-        factors_name,
-        factors,
-        covariance,
-        notes,
-        warnings: of_fit,
-        ..
-    } = fit.unwrap_or_else(|| FitFile {
+    let fit = fit.unwrap_or_else(|| FitFile {
         factors_name: resolved.factors_name.clone(),
         factors: resolved.factors.clone(),
         ..FitFile::default()
     });
-    warnings.extend(of_fit);
-    warnings.extend(notes);
-    robot.check_parameters(&factors)?;
+    warnings.extend(fit.warnings);
+    warnings.extend(fit.notes);
+    robot.check_parameters(&fit.factors)?;
     // A sweep takes springs as it takes every other physics beside the beams.
-    effects.extend(Effect::of_springs(&factors));
+    effects.extend(Effect::of_springs(&fit.factors));
     for name in &names {
         let mechanism = robot.mechanism(Some(name))?;
-        let unknown = UnknownSprings::new(robot, mechanism, &factors, &effects);
+        let unknown = UnknownSprings::new(robot, mechanism, &fit.factors, &effects);
         for pose in poses_of(robot) {
             unknown.refuse(&pose)?;
         }
         warnings.extend(unknown.words());
     }
-    let factors = factors.without_springs();
+    let factors = fit.factors.without_springs();
     let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
     let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
     let plane = plane(args, robot);
@@ -65,9 +58,9 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         version: env!("CARGO_PKG_VERSION").to_owned(),
         robot_file: resolved.source.name.clone(),
         robot_text: resolved.source.text.clone(),
-        factors_name,
+        factors_name: fit.factors_name,
         factors,
-        covariance,
+        covariance: fit.covariance,
         at_load_n: args.at_load,
         mechanisms,
         sampling: args.sampling,
