@@ -83,20 +83,15 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         let _ = std::fs::remove_dir(&args.out);
         return Err(error.into());
     }
-    let Exported {
-        tables,
-        about,
-        inputs,
-    } = exported;
     let report = DataExportReport {
         format,
         folder: args.out.clone(),
-        tables: tables.iter().map(ExportedTable::from).collect(),
+        tables: exported.tables.iter().map(ExportedTable::from).collect(),
         files,
     };
     Ok(Outcome::new("export", report.document(), report)
-        .with_inputs(inputs)
-        .with_warnings(about.notes))
+        .with_inputs(exported.inputs)
+        .with_warnings(exported.about.notes))
 }
 
 /// The tables of a session, not written.

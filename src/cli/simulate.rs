@@ -27,7 +27,7 @@ use super::figure_files::write;
 use super::model::effects_text;
 use super::numbers::{MOST_LOAD_CASES, count_up_to};
 use super::option_values::{OptionValue, one_of};
-use super::procedure::{AxesArgs, ProcedureArgs, SingleLoads, resolve_procedure, single_loads};
+use super::procedure::{AxesArgs, ProcedureArgs, resolve_procedure, single_loads};
 use super::{CliError, Failure, Outcome};
 use crate::analysis::{
     ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, refuse_unseen_laws, sha256,
@@ -131,37 +131,33 @@ pub(super) struct SimulateArgs {
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let load_cases = args.load_cases.map(CaseKind::LoadCases);
-    let Simulated {
-        resolved,
-        report,
-        readings,
-        header,
-        record,
-        words: [what, time, known],
-        warnings,
-    } = match load_cases.or(args.positions.map(CaseKind::Positions)) {
+    let made = match load_cases.or(args.positions.map(CaseKind::Positions)) {
         Some(kind) => of_cases(args, kind)?,
         None => of_procedure(args)?,
     };
     create_new(&args.out)?;
     for (name, bytes) in [
-        ("robot.toml", resolved.source.text.as_bytes()),
-        ("readings.csv", &readings),
-        ("session.toml", header.as_bytes()),
-        ("simulation.toml", record.as_bytes()),
+        ("robot.toml", made.resolved.source.text.as_bytes()),
+        ("readings.csv", &made.readings),
+        ("session.toml", made.header.as_bytes()),
+        ("simulation.toml", made.record.as_bytes()),
     ] {
         write(&args.out.join(name), bytes)?;
     }
     let folder = args.out.display();
+    let [what, time, known] = made.words;
     let mut document = Document::of(format!("{folder}: {what}, seed {}", args.seed));
-    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
+    document.append(physics_document(
+        BESIDE_BEAMS,
+        &made.resolved.physics.effects,
+    ));
     document.paragraph(format!(
         "{time}session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written."
     ));
     document.next(format!("fit {folder}"));
-    Ok(Outcome::new("simulate", document, report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+    Ok(Outcome::new("simulate", document, made.report)
+        .with_inputs(Inputs::default().with_model(&made.resolved))
+        .with_warnings(made.warnings))
 }
 
 /// Series of loads by a procedure.
@@ -251,19 +247,15 @@ fn of_cases(args: &SimulateArgs, kind: CaseKind) -> Result<Simulated, Failure> {
     let truth = robot.with_own_springs(&resolved.factors);
     let warnings = [&resolved.warnings[..], &rigid_springs(&resolved, &truth)].concat();
     let noise = noise(args);
-    let SingleLoads {
-        poses,
-        largest_n: force_n,
-        repeats,
-    } = single_loads(&args.procedure, option)?;
+    let loads = single_loads(&args.procedure, option)?;
     let (mut table, tracker, words) = match kind {
         CaseKind::LoadCases(count) => {
-            let largest_force_n = force_n.unwrap_or(LARGEST_FORCE_N);
+            let largest_force_n = loads.largest_n.unwrap_or(LARGEST_FORCE_N);
             let plan = LoadCasePlan {
                 count,
                 largest_force_n,
-                repeats,
-                poses,
+                repeats: loads.repeats,
+                poses: loads.poses,
             };
             let table = simulate_load_cases(robot, physics, &truth, &plan, &noise, args.seed)?;
             let words = format!("load cases up to {largest_force_n} N");
@@ -272,13 +264,13 @@ fn of_cases(args: &SimulateArgs, kind: CaseKind) -> Result<Simulated, Failure> {
         CaseKind::Positions(count) => {
             let plan = PositionPlan {
                 count,
-                largest_force_n: force_n,
-                repeats,
-                poses,
+                largest_force_n: loads.largest_n,
+                repeats: loads.repeats,
+                poses: loads.poses,
             };
             let SimulatedPositions { table, frames } =
                 simulate_positions(robot, physics, &truth, &plan, &noise, args.seed)?;
-            let forces = force_n.map_or_else(String::new, |force_n| {
+            let forces = loads.largest_n.map_or_else(String::new, |force_n| {
                 format!(" and forces up to {force_n} N")
             });
             let words = format!("positions under own weight{forces}");
