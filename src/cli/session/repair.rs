@@ -168,10 +168,13 @@ fn verify_table(
         let found = "it does not exist; it can be rebuilt from the journal".to_owned();
         return Ok((TableCheck::Missing, found, PART));
     };
+    let not_protected = || {
+        let found = "no intact part of the journal is left to compare it with".to_owned();
+        (TableCheck::NotProtected, found, 0)
+    };
     let is_damaged = matches!(read.journal.end, JournalEnd::Damaged { .. });
     if is_damaged && read.journal.records.is_empty() {
-        let found = "no intact part of the journal is left to compare it with".to_owned();
-        return Ok((TableCheck::NotProtected, found, 0));
+        return Ok(not_protected());
     }
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
@@ -197,7 +200,8 @@ fn verify_table(
         }
         Ok(table) => {
             let check = compare_with_journal(folder, &table, Some(&header))?;
-            Ok(judged(&check, file, &read.journal.end))
+            let judge = |check| judged(&check, file, &read.journal.end);
+            Ok(check.map_or_else(not_protected, judge))
         }
     }
 }
