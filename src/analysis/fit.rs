@@ -218,16 +218,10 @@ impl FitData {
         let mut first_run = 0;
         let (mut shares, mut marked) = (Vec::new(), Vec::new());
         for (session, name) in sessions.iter().zip(names(sessions)) {
-            let ReducedSession {
-                measured,
-                slopes,
-                warnings: own,
-                ..
-            } = reduced(session, method)?;
-            let named = own
-                .iter()
-                .map(|warning| format!("{}: {warning}", session.name));
-            warnings.extend(named);
+            let own = reduced(session, method)?;
+            let measured = own.measured;
+            let named = own.warnings.iter();
+            warnings.extend(named.map(|warning| format!("{}: {warning}", session.name)));
             marked.extend(ReadingMark::of(&session.table, Some(&name)));
             shares.push(FittedSession {
                 name,
@@ -250,7 +244,7 @@ impl FitData {
                 first_run = runs.fold(first_run, u32::max);
                 physics
                     .under(&table, session.header.as_ref())
-                    .by(slopes.as_ref())
+                    .by(own.slopes.as_ref())
             });
         }
         Ok(Self {
@@ -267,21 +261,16 @@ impl FitData {
         method: Method,
     ) -> Result<Self, AnalysisError> {
         let model = resolve(choice, Some(&session))?;
-        let ReducedSession {
-            measured,
-            table,
-            slopes,
-            mut warnings,
-        } = reduced(&session, method)?;
-        warnings.extend(model.warnings.iter().cloned());
+        let own = reduced(&session, method)?;
+        let warnings = [&own.warnings[..], &model.warnings].concat();
         let physics = fixed_physics(&model, method)
             .map(|physics| physics.under(&session.table, session.header.as_ref()))
-            .map(|physics| physics.by(slopes.as_ref()));
+            .map(|physics| physics.by(own.slopes.as_ref()));
         Ok(Self {
             physics,
             marked: ReadingMark::of(&session.table, None),
-            session: Some((Box::new(session), table)),
-            ..Self::bare(model, measured, warnings)
+            session: Some((Box::new(session), own.table)),
+            ..Self::bare(model, own.measured, warnings)
         })
     }
 
