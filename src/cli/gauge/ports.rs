@@ -356,7 +356,7 @@ fn document(ports: &[PortReport]) -> Document {
                 document.item("no known instrument answers");
             }
             Some(ProbeReport::Answered { instruments, .. }) => {
-                instruments.iter().for_each(|finding| {
+                for finding in instruments {
                     let said = finding.identity.iter();
                     let said = said.map(|said| format!(", identifies itself as {said}"));
                     let speed = finding.other_baud.iter();
@@ -368,7 +368,7 @@ fn document(ports: &[PortReport]) -> Document {
                         finding.evidence,
                         said.chain(speed).collect::<String>()
                     ));
-                })
+                }
             }
             Some(ProbeReport::Failed { problem }) => document.item(problem),
             None => {}
