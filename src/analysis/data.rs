@@ -336,43 +336,41 @@ impl LoadedSession {
         if LoadedLoadCases::is_at(path, options) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let read = if of_vectors {
+        let mut read = if of_vectors {
             read_vector_readings(&name, text)?.into()
         } else {
             read_or_imported(&name, &bytes, &options.columns)?
         };
-        let ReadTable {
-            mut table,
-            poses,
-            mut warnings,
-            is_foreign,
-        } = read;
+        let warnings = &mut read.warnings;
         warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
-        let notes = table.notes.iter().filter(|_| !of_vectors);
+        let notes = read.table.notes.iter().filter(|_| !of_vectors);
         warnings.extend(notes.map(ToString::to_string));
-        let mut header = session_header(&folder, &mut warnings)?;
-        if !poses.is_empty() {
+        let mut header = session_header(&folder, warnings)?;
+        if !read.poses.is_empty() {
             let header = header.get_or_insert_default();
-            header.procedure.get_or_insert_default().joint_values = poses;
+            header.procedure.get_or_insert_default().joint_values = read.poses;
         }
         let mut differs_from_journal = false;
-        if file.file_name().is_some_and(|name| name == "readings.csv") && !is_foreign {
-            let check = compare_with_journal(&folder, &table, header.as_ref())?;
-            differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
+        let is_of_session = file.file_name().is_some_and(|name| name == "readings.csv");
+        if is_of_session
+            && !read.is_foreign
+            && let Some(check) = compare_with_journal(&folder, &read.table, header.as_ref())?
+        {
+            differs_from_journal = check.judge(&file, options.trust_csv, warnings)?;
         }
-        let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
+        let calibration = options.gauges.apply(&mut read.table, &mut header, warnings);
         let today = options.calibration.day();
-        warnings.extend(doubts_about_readings(&table, header.as_ref(), today));
-        warnings.extend(asked_about_runs(&table, header.as_ref()));
+        warnings.extend(doubts_about_readings(&read.table, header.as_ref(), today));
+        warnings.extend(asked_about_runs(&read.table, header.as_ref()));
         let mut session = Self {
-            origin: origin_of(table.origin.as_ref(), header.as_ref()),
+            origin: origin_of(read.table.origin.as_ref(), header.as_ref()),
             header,
             folder,
-            warnings,
+            warnings: read.warnings,
             calibration,
             differs_from_journal,
-            ..Self::bare(shown(path), &bytes, table)
+            ..Self::bare(shown(path), &bytes, read.table)
         };
         if !of_vectors {
             let read_off = session.gauges()?;

@@ -22,7 +22,7 @@ use super::posed::PosedData;
 use super::session_table::SessionTable;
 use super::subject::{RobotSubject, Subject};
 use super::together::{
-    LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked, resolve_together,
+    MarkedReading, SessionObservations, SessionShare, lay_out, marked, resolve_together,
 };
 use super::unknown_springs::UnknownSprings;
 
@@ -287,21 +287,11 @@ pub(super) fn diagnose_together(
     };
     options.noise.serves(sessions.len())?;
     let parameters = &(options.parameters).map_or_else(|| model.usual_parameters(), Ok)?;
-    let LaidOut {
-        mut observations,
-        done,
-        poses,
-        bad_runs,
-        mut bad_readings,
-        marked: mut marked_readings,
-        tails_dof,
-        unloaded_shift_m,
-        mut sessions,
-    } = lay_out(sessions, model, parameters, options.keep_outliers)?;
-    let mut baseline = baseline_of(model, &observations, &poses, parameters)?;
+    let mut laid = lay_out(sessions, model, parameters, options.keep_outliers)?;
+    let mut baseline = baseline_of(model, &laid.observations, &laid.poses, parameters)?;
     baseline.suspect_file();
     step();
-    let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();
+    let mut warnings: Vec<String> = laid.unloaded_shift_m.map(shifted).into_iter().collect();
     warnings.extend(kept(&baseline, model, parameters));
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
@@ -309,39 +299,45 @@ pub(super) fn diagnose_together(
         without: options.without,
         known_effects: model.physics.effects.clone(),
     };
-    let own = (&baseline, &observations, &search);
+    let own = (&baseline, &laid.observations, &search);
     let (known, noise_origin) = noise_from(options.noise, session, own, &mut warnings)?;
     search.noise = known;
-    let mut found = diagnose_and_locate(&baseline, &observations, &search)?;
+    let mut found = diagnose_and_locate(&baseline, &laid.observations, &search)?;
     while !options.keep_outliers
-        && let Some(bad) = reading_between_slips(&baseline, &observations, &found.0)?
+        && let Some(bad) = reading_between_slips(&baseline, &laid.observations, &found.0)?
     {
-        let mark = leave_out(&mut observations, &bad);
+        let mark = leave_out(&mut laid.observations, &bad);
         if bad.is_named() {
-            marked_readings.extend(mark);
-            bad_readings.push(bad);
+            laid.marked.extend(mark);
+            laid.bad_readings.push(bad);
         } else {
             warnings.push(far_but_not_rare(&bad));
         }
-        found = diagnose_and_locate(&baseline, &observations, &search)?;
+        found = diagnose_and_locate(&baseline, &laid.observations, &search)?;
     }
     let (diagnosis, critical, located) = found;
     step();
-    let trace = trace(&baseline, &observations, &diagnosis)?;
-    for (place, one) in sessions.iter_mut().enumerate() {
-        let noise = observations.noise_of_session(place, &diagnosis.noise);
+    let trace = trace(&baseline, &laid.observations, &diagnosis)?;
+    for (place, one) in laid.sessions.iter_mut().enumerate() {
+        let noise = laid.observations.noise_of_session(place, &diagnosis.noise);
         one.noise = noise.unwrap_or(one.noise);
     }
     let header = last.header.as_ref();
     let fitted_factors = baseline.factors(&diagnosis.parameters);
     let known = (&diagnosis, &fitted_factors);
     let file_lines = file_lines(&baseline, model, &diagnosis);
-    let proposed = proposals(model, header, &done, known, (parameters, &options.rules))?;
+    let proposed = proposals(
+        model,
+        header,
+        &laid.done,
+        known,
+        (parameters, &options.rules),
+    )?;
     warnings.extend(unseen_known_effects(&diagnosis).chain(proposed.note));
     step();
     Ok(DiagnosisReport {
-        data: joined_name(session, &sessions),
-        sessions,
+        data: joined_name(session, &laid.sessions),
+        sessions: laid.sessions,
         subject: Subject::Robot(RobotSubject {
             robot: model.robot.name.clone(),
             mechanism: model.mechanism.clone(),
@@ -351,14 +347,14 @@ pub(super) fn diagnose_together(
         diagnosis,
         critical,
         parameters: baseline.parameters().to_vec(),
-        bad_runs,
-        bad_readings,
-        marked_readings,
-        tails_dof,
+        bad_runs: laid.bad_runs,
+        bad_readings: laid.bad_readings,
+        marked_readings: laid.marked,
+        tails_dof: laid.tails_dof,
         table_mistake: None,
         outliers_kept: options.keep_outliers,
         file_lines,
-        observations,
+        observations: laid.observations,
         located,
         trace,
         next: proposed.next,

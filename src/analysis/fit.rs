@@ -138,17 +138,35 @@ impl FitData {
     /// For a model that [`resolve`] refuses, values without a named robot, poses, variables and axes that the robot does not have, and
     /// sessions that do not go together.
     pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, AnalysisError> {
-        match data {
-            Data::Stiffness {
-                measured,
-                name,
-                sha256,
-            } => Self::of_values(measured, (&name, &sha256), choice, method),
+        let inputs = Inputs::default().with_data(&data);
+        let prepared = match data {
+            Data::Stiffness { measured, name, .. } => {
+                Self::of_values(measured, &name, choice, method)
+            }
             Data::Readings(sessions) => match <[LoadedSession; 1]>::try_from(sessions) {
                 Ok([session]) => Self::of_readings(session, choice, method),
                 Err(sessions) => Self::together(&sessions, choice, method),
             },
             Data::LoadCases(loaded) => Self::of_load_cases(&loaded, choice),
+        }?;
+        Ok(Self {
+            inputs: inputs.with_model(&prepared.model),
+            ..prepared
+        })
+    }
+
+    /// A model beside stiffness, without what only some data have.
+    fn bare(model: ResolvedModel, measured: MeasuredStiffness, warnings: Vec<String>) -> Self {
+        Self {
+            model,
+            measured,
+            posed: None,
+            physics: None,
+            session: None,
+            sessions: Vec::new(),
+            marked: Vec::new(),
+            warnings,
+            inputs: Inputs::default(),
         }
     }
 
@@ -157,23 +175,15 @@ impl FitData {
         choice: &ModelChoice,
     ) -> Result<Self, AnalysisError> {
         let (model, posed, warnings) = PosedData::new(loaded, choice)?;
-        let inputs = loaded.iter().fold(Inputs::default(), Inputs::with_table);
         Ok(Self {
-            inputs: inputs.with_model(&model),
-            model,
-            measured: MeasuredStiffness::default(),
             posed: Some(posed),
-            physics: None,
-            session: None,
-            sessions: Vec::new(),
-            marked: Vec::new(),
-            warnings,
+            ..Self::bare(model, MeasuredStiffness::default(), warnings)
         })
     }
 
     fn of_values(
         measured: MeasuredStiffness,
-        (name, sha256): (&str, &str),
+        name: &str,
         choice: &ModelChoice,
         method: Method,
     ) -> Result<Self, AnalysisError> {
@@ -192,15 +202,8 @@ impl FitData {
             warnings.push("without readings the loads behind the stiffness values are not known: laws that are not linear act as under the paper's, 10 to 70 N".to_owned());
         }
         Ok(Self {
-            inputs: Inputs::default().with_list(name, sha256).with_model(&model),
-            model,
-            measured,
-            posed: None,
             physics,
-            session: None,
-            sessions: Vec::new(),
-            marked: Vec::new(),
-            warnings,
+            ..Self::bare(model, measured, warnings)
         })
     }
 
@@ -215,16 +218,10 @@ impl FitData {
         let mut first_run = 0;
         let (mut shares, mut marked) = (Vec::new(), Vec::new());
         for (session, name) in sessions.iter().zip(names(sessions)) {
-            let ReducedSession {
-                measured,
-                slopes,
-                warnings: own,
-                ..
-            } = reduced(session, method)?;
-            let named = own
-                .iter()
-                .map(|warning| format!("{}: {warning}", session.name));
-            warnings.extend(named);
+            let own = reduced(session, method)?;
+            let measured = own.measured;
+            let named = own.warnings.iter();
+            warnings.extend(named.map(|warning| format!("{}: {warning}", session.name)));
             marked.extend(ReadingMark::of(&session.table, Some(&name)));
             shares.push(FittedSession {
                 name,
@@ -247,22 +244,14 @@ impl FitData {
                 first_run = runs.fold(first_run, u32::max);
                 physics
                     .under(&table, session.header.as_ref())
-                    .by(slopes.as_ref())
+                    .by(own.slopes.as_ref())
             });
         }
-        let inputs = sessions
-            .iter()
-            .fold(Inputs::default(), Inputs::with_session);
         Ok(Self {
-            inputs: inputs.with_model(&model),
-            model,
-            measured: MeasuredStiffness::joined(&all),
-            posed: None,
             physics,
-            session: None,
             sessions: shares,
             marked,
-            warnings,
+            ..Self::bare(model, MeasuredStiffness::joined(&all), warnings)
         })
     }
 
@@ -272,26 +261,16 @@ impl FitData {
         method: Method,
     ) -> Result<Self, AnalysisError> {
         let model = resolve(choice, Some(&session))?;
-        let ReducedSession {
-            measured,
-            table,
-            slopes,
-            mut warnings,
-        } = reduced(&session, method)?;
-        warnings.extend(model.warnings.iter().cloned());
+        let own = reduced(&session, method)?;
+        let warnings = [&own.warnings[..], &model.warnings].concat();
         let physics = fixed_physics(&model, method)
             .map(|physics| physics.under(&session.table, session.header.as_ref()))
-            .map(|physics| physics.by(slopes.as_ref()));
+            .map(|physics| physics.by(own.slopes.as_ref()));
         Ok(Self {
-            inputs: Inputs::default().with_session(&session).with_model(&model),
-            model,
-            measured,
-            posed: None,
             physics,
             marked: ReadingMark::of(&session.table, None),
-            session: Some((Box::new(session), table)),
-            sessions: Vec::new(),
-            warnings,
+            session: Some((Box::new(session), own.table)),
+            ..Self::bare(model, own.measured, warnings)
         })
     }
 

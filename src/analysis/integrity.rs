@@ -19,23 +19,18 @@ const LISTED: usize = 8;
 
 /// How a table of readings compares with the journal of its session.
 #[derive(Debug)]
-pub enum JournalCheck {
-    /// No journal stands beside the table.
-    None,
-    /// Compared.
-    Compared {
-        /// Value by value.
-        table: Integrity,
-        /// Changed keys of the header.
-        header: Vec<Difference>,
-        /// What is wrong with the journal itself.
-        damage: Option<String>,
-        /// Planned readings that were left out.
-        left_out: Vec<OmittedReadings>,
-    },
+pub struct JournalCheck {
+    /// Value by value.
+    table: Integrity,
+    /// Changed keys of the header.
+    header: Vec<Difference>,
+    /// What is wrong with the journal itself.
+    damage: Option<String>,
+    /// Planned readings that were left out.
+    left_out: Vec<OmittedReadings>,
 }
 
-/// Compares a table of readings and its header with the journal in their folder.
+/// Compares a table of readings and its header with the journal in their folder; `None` without one.
 ///
 /// # Errors
 /// For a journal that cannot be read.
@@ -43,20 +38,20 @@ pub fn compare_with_journal(
     folder: &Path,
     table: &ReadingTable,
     header: Option<&SessionHeader>,
-) -> Result<JournalCheck, AnalysisError> {
+) -> Result<Option<JournalCheck>, AnalysisError> {
     let Some(path) = session_file(folder, "journal.jsonl")? else {
-        return Ok(JournalCheck::None);
+        return Ok(None);
     };
     let bytes = read_bytes(&path)?;
     let journal = read_journal(&bytes);
     let state = SessionState::fold(&journal.records);
     let text = read_text(&folder.join("session.toml")).unwrap_or_default();
-    Ok(JournalCheck::Compared {
+    Ok(Some(JournalCheck {
         table: integrity(&journal, table)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header, &text)),
         damage: journal.end.warning(),
         left_out: OmittedReadings::of(state.skipped.values()),
-    })
+    }))
 }
 
 /// SHA-256 of a `session.toml` without the records of the instruments, and of these.
@@ -122,17 +117,9 @@ impl JournalCheck {
         trust: bool,
         warnings: &mut Vec<String>,
     ) -> Result<bool, AnalysisError> {
-        let Self::Compared {
-            table,
-            header,
-            damage,
-            left_out,
-        } = self
-        else {
-            return Ok(false);
-        };
-        warnings.extend(damage.clone());
-        warnings.extend(left_out.iter().map(ToString::to_string));
+        let table = &self.table;
+        warnings.extend(self.damage.clone());
+        warnings.extend(self.left_out.iter().map(ToString::to_string));
         let changes = self.changes(file);
         if !changes.is_empty() {
             if !trust {
@@ -144,7 +131,7 @@ impl JournalCheck {
             warnings.push(format!(
                 "--trust-csv: {} differs from the journal in {}, and the table was used",
                 file.display(),
-                counted(table.changed.len() + header.len(), "value")
+                counted(table.changed.len() + self.header.len(), "value")
             ));
         }
         if !table.marks.is_empty() {
@@ -169,32 +156,26 @@ impl JournalCheck {
     /// What was changed, in words.
     #[must_use]
     pub fn changes(&self, file: &Path) -> Vec<String> {
-        match self {
-            Self::None => Vec::new(),
-            Self::Compared { table, header, .. } => {
-                let header = header.iter().map(|key| {
-                    format!(
-                        "session.toml: {} is {:?}, the journal has {:?}",
-                        key.column, key.table, key.journal
-                    )
-                });
-                let table = table.changed.iter().map(|change| in_words(file, change));
-                header.chain(table).collect()
-            }
-        }
+        let header = self.header.iter().map(|key| {
+            format!(
+                "session.toml: {} is {:?}, the journal has {:?}",
+                key.column, key.table, key.journal
+            )
+        });
+        let table = self.table.changed.iter();
+        header
+            .chain(table.map(|change| in_words(file, change)))
+            .collect()
     }
 
     /// The comparison for programs.
     #[must_use]
     pub fn report(&self, file: &Path) -> TableCheck {
-        let Self::Compared { table, .. } = self else {
-            return TableCheck::NotProtected;
-        };
         let differences = Differences {
             changed: self.changes(file),
-            marked: marks(file, table),
-            not_in_journal: table.unknown.clone(),
-            not_in_table: table.behind.clone(),
+            marked: marks(file, &self.table),
+            not_in_journal: self.table.unknown.clone(),
+            not_in_table: self.table.behind.clone(),
         };
         if differences.changed.is_empty() {
             TableCheck::AsRecorded(differences)

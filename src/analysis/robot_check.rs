@@ -20,7 +20,7 @@ const PLAUSIBLE_N_PER_UM: [f64; 2] = [1e-4, 1e3];
 const PLAUSIBLE_REACH_M: [f64; 2] = [0.05, 10.0];
 
 /// A robot file, tried.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct RobotCheck {
     /// Name of the robot.
     pub name: String,
@@ -77,18 +77,13 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
     let added = robot.rigid_links.iter().filter(|link| link.is_added);
     let mut check = RobotCheck {
         name: robot.name.clone(),
-        reach_m: None,
-        mass_kg: None,
-        checked: Vec::new(),
         findings: robot.warnings.clone(),
-        held: Vec::new(),
         added_rigid_links: added.map(|link| link.name.clone()).collect(),
-        free_springs: Vec::new(),
         rigid_springs: rigid_springs(robot),
-        unknown_springs: Vec::new(),
         floor_m: robot.floor_m,
         base_radius_m: robot.base_radius_m,
         load_case_columns: load_case_columns(robot),
+        ..RobotCheck::default()
     };
     let poses = robot.poses_or_nominal();
     for (name, pose) in &poses {

@@ -2,31 +2,22 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
-
-use crate::bench::NoiseShape;
-use crate::least_squares::SigmaMode;
-use crate::stiffness::Branches;
+use clap::{Args, Parser, Subcommand};
 
 use super::compare::CompareArgs;
-use super::data_args::DataArgs;
 use super::demo::DemoArgs;
-use super::diagnose_args::DiagnoseArgs;
+use super::diagnose::DiagnoseArgs;
+use super::fit::FitArgs;
 use super::gauge::GaugeArgs;
 pub use super::global::{Global, ProgressMode};
 use super::import::ImportArgs;
-use super::numbers::{MOST_LOAD_CASES, MOST_REPLICATES, count_up_to};
 pub use super::numbers::{at_least_one, seconds};
-use super::option_values::{BRANCHES, OptionValue, one_of};
-use super::parameter_args::ParameterArgs;
 use super::part::PartArgs;
-use super::pose_args::PoseRulesArgs;
-use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
-use super::robot_args::RobotArgs;
+use super::robot::RobotArgs;
 use super::session::SessionArgs;
-use crate::analysis::BootstrapOver;
+use super::simulate::SimulateArgs;
+use super::stiffness::StiffnessArgs;
 use crate::report::VERSION;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
@@ -157,193 +148,4 @@ impl ModelArgs {
         };
         given == Self::default()
     }
-}
-
-/// Arguments of `stiffness`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --direction x"
-)]
-pub(super) struct StiffnessArgs {
-    /// Session folder, readings file, or table of another program
-    pub(super) data: PathBuf,
-    /// Branches to use
-    #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
-    pub(super) branches: Branches,
-    /// Magnitude of the smallest load to use, N
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0.0,
-        hide_default_value = true
-    )]
-    pub(super) from_load: f64,
-    /// Magnitude of the largest load to use, N
-    #[arg(long, value_name = "N", default_value_t = f64::INFINITY, hide_default_value = true)]
-    pub(super) to_load: f64,
-    /// Print the uncertainty budget of every cell
-    #[arg(long)]
-    pub(super) budget: bool,
-    /// Write the figure of load against displacement into this folder
-    #[arg(long, value_name = "FOLDER")]
-    pub(super) figures: Option<PathBuf>,
-    /// How the data are read.
-    #[command(flatten)]
-    pub(super) reading: DataArgs,
-}
-
-/// Fitting method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum MethodArg {
-    /// All training cells at once, with intervals
-    LeastSquares,
-    /// The paper's nine steps
-    Paper,
-}
-
-/// Where the standard deviation of the residuals comes from.
-const SIGMAS: [OptionValue<SigmaMode>; 2] = [
-    (
-        "known",
-        "The stated or pooled uncertainties of the stiffnesses",
-        SigmaMode::Known,
-    ),
-    (
-        "estimated",
-        "The scatter about the fit",
-        SigmaMode::Estimated,
-    ),
-];
-
-/// Arguments of `fit`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --parameter beam.J=fixed,link.A=free --bootstrap 1000 --seed 1\n  stiffbench fit my-session --parameter joint.A3,base.rx=free,joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
-)]
-pub(super) struct FitArgs {
-    /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
-    pub(super) data: PathBuf,
-    /// Further sessions or load cases of the same robot, fitted together with the first
-    #[arg(value_name = "DATA")]
-    pub(super) further: Vec<PathBuf>,
-    /// Robot, mechanism and factors.
-    #[command(flatten)]
-    pub(super) model: ModelArgs,
-    /// Fitting method
-    #[arg(long, value_enum, default_value_t = MethodArg::LeastSquares)]
-    pub(super) method: MethodArg,
-    /// Poses to fit, comma-separated; the others are held out [default: all, validated by leaving each out in turn]
-    #[arg(long, value_delimiter = ',')]
-    pub(super) train: Option<Vec<String>>,
-    /// Weights of the training poses in the paper's combination [default: equal]
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
-    pub(super) weights: Option<Vec<f64>>,
-    /// Reference displacements or stiffness for the single-source steps of the paper's method
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) reference: Option<PathBuf>,
-    /// Which parameters of the model are free.
-    #[command(flatten)]
-    pub(super) parameters: ParameterArgs,
-    /// Source of the standard deviation of the residuals [default: known if the data state it]
-    #[arg(long, value_parser = one_of(SIGMAS))]
-    pub(super) sigma: Option<SigmaMode>,
-    /// Number of bootstrap replicates
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_REPLICATES))]
-    pub(super) bootstrap: usize,
-    /// What the bootstrap resamples
-    #[arg(long, value_enum, default_value_t = BootstrapOver::Runs, requires = "bootstrap")]
-    pub(super) bootstrap_over: BootstrapOver,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Search for a lower minimum with a particle swarm and a simplex
-    #[arg(long)]
-    pub(super) global_search: bool,
-    /// Quantity derived from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; repeatable
-    #[arg(long, value_name = "NAME=EXPRESSION")]
-    pub(super) derive: Vec<String>,
-    /// Output of fit --json for another model of the same data: compares AICc, F test and errors in unseen poses; repeatable
-    #[arg(long, value_name = "FIT.json")]
-    pub(super) against: Vec<PathBuf>,
-    /// Write the fitted factors as a TOML file for --factors
-    #[arg(long, value_name = "FILE")]
-    pub(super) save_factors: Option<PathBuf>,
-    /// Write the loads that would best determine the open parameters: a procedure (FILE.toml) or a table of load cases to fill in (FILE.csv)
-    #[arg(long, value_name = "FILE")]
-    pub(super) next: Option<PathBuf>,
-    /// Which poses may be planned.
-    #[command(flatten)]
-    pub(super) rules: PoseRulesArgs,
-    /// Write the figures of the fit into this folder
-    #[arg(long, value_name = "FOLDER")]
-    pub(super) figures: Option<PathBuf>,
-    /// How the data are read.
-    #[command(flatten)]
-    pub(super) reading: DataArgs,
-}
-
-/// Distribution of the errors.
-const NOISE_SHAPES: [OptionValue<NoiseShape>; 2] = [
-    ("normal", "Normal", NoiseShape::Normal),
-    (
-        "skewed",
-        "Shifted gamma, the same standard deviation, skewness 1",
-        NoiseShape::Skewed,
-    ),
-];
-
-/// Arguments of `simulate`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'\n  stiffbench simulate three-gauges --displacement-axes x,y,z --directions x,0,0.7071,0.7071"
-)]
-pub(super) struct SimulateArgs {
-    /// Session folder to create; must not exist
-    #[arg(value_name = "SESSION")]
-    pub(super) out: PathBuf,
-    /// Robot, mechanism and factors (the true ones, unless --true-factor changes them).
-    #[command(flatten)]
-    pub(super) model: ModelArgs,
-    /// True value of a factor, for example beam.Iy=0.006
-    #[arg(long, value_delimiter = ',', value_name = "FACTOR=VALUE")]
-    pub(super) true_factor: Vec<String>,
-    /// Seed of the noise
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Standard deviation of a displacement reading, um
-    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
-    pub(super) reading_sd_um: f64,
-    /// Standard deviation of a gauge zero, um
-    #[arg(long, default_value_t = 2.5, allow_negative_numbers = true)]
-    pub(super) zero_sd_um: f64,
-    /// Standard deviation of the slope from run to run, relative
-    #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
-    pub(super) run_slope_sd: f64,
-    /// Display step of the displacement gauge, um
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
-    pub(super) displacement_step_um: f64,
-    /// Display step of the force gauge, N
-    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
-    pub(super) force_step_n: f64,
-    /// Distribution of the errors
-    #[arg(long, value_parser = one_of(NOISE_SHAPES), default_value = "normal")]
-    pub(super) noise_distribution: NoiseShape,
-    /// Simulate without noise and without display steps
-    #[arg(long)]
-    pub(super) noise_free: bool,
-    /// Simulate this many load cases instead of series of loads: one load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
-    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES))]
-    pub(super) load_cases: Option<usize>,
-    /// Simulate this many absolute positions under the robot's own weight instead of series of loads, read by a tracker in an unknown place; with --loads-n every second position has a force
-    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES), conflicts_with = "load_cases")]
-    pub(super) positions: Option<usize>,
-    /// Joints keep their state from one run of a pose and direction to the next [default: every run starts from the unloaded state]
-    #[arg(long)]
-    pub(super) keep_history: bool,
-    /// What is measured in which order; last, as its heading would go on.
-    #[command(flatten)]
-    pub(super) procedure: ProcedureArgs,
-    /// Where displacements are read.
-    #[command(flatten)]
-    pub(super) axes: AxesArgs,
 }

@@ -14,12 +14,10 @@ use crate::stiffness::{
     compare,
 };
 
-use super::args::Global;
 use super::data_args::DataArgs;
-use super::failure::Failure;
 use super::figure_files::write_figures;
-use super::outcome::Outcome;
 use super::report::{PageArgs, write_comparison};
+use super::{Failure, Global, Outcome};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]

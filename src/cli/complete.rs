@@ -6,8 +6,7 @@ use crate::instrument::port::list_ports;
 use crate::report::CompletedWords;
 use crate::shipped::{shipped_instruments, shipped_procedures, shipped_robots};
 
-use super::failure::Failure;
-use super::outcome::Outcome;
+use super::{Failure, Outcome};
 
 /// What a shell may complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -12,10 +12,9 @@ use crate::calibration::CalibrationCurve;
 use crate::import::ImportMapping;
 use crate::quantity::Kind;
 
-use super::args::Global;
-use super::failure::Failure;
 use super::import::column_pairs;
 use super::session::instrument_records;
+use super::{Failure, Global};
 
 /// How data are read.
 #[derive(Debug, Clone, Default, Args)]

@@ -12,13 +12,11 @@ use crate::instrument::Channel;
 use crate::instrument::port::{PortInfo, list_ports, permission_remedy};
 use crate::report::{CheckReport, DoctorReport, VERSION};
 
-use super::args::Global;
 use super::colour::is_wanted;
 use super::config::{Config, unknown_variables};
-use super::failure::Failure;
 use super::gauge::open::{BINDINGS_FILE, read_bindings};
 use super::locale::{is_utf8, locale};
-use super::outcome::Outcome;
+use super::{Failure, Global, Outcome};
 
 /// Arguments of `doctor`.
 #[derive(Debug, Args)]
@@ -44,10 +42,11 @@ const FIRST_YEAR: i16 = 2025;
 
 /// Runs all checks.
 pub(super) fn run(_args: &DoctorArgs, global: &Global) -> Outcome {
-    let mut checks = vec![version(), clock(), configuration(global)];
-    checks.extend(settings(global));
+    let (configuration, config) = configuration(global);
+    let mut checks = vec![version(), clock(), configuration];
+    checks.extend(settings(&config, global));
     checks.extend(ports());
-    checks.push(bindings(global));
+    checks.push(bindings(&config));
     checks.extend(terminal(global));
     checks.extend(disk());
     let report = DoctorReport::new(checks);
@@ -81,30 +80,29 @@ fn clock() -> CheckReport {
     CheckReport::ok("clock", shown)
 }
 
-fn configuration(global: &Global) -> CheckReport {
-    match Config::load(global.no_config) {
-        Err(error) => CheckReport::failed(
-            "configuration",
-            Failure::from(error).message(),
-            "correct the file, or use --no-config",
-        ),
-        Ok(config) if config.ignored => CheckReport::ok("configuration", "ignored"),
-        Ok(config) => {
-            let files = config.files.iter().filter(|file| file.exists);
-            let files: Vec<String> = files.map(|file| file.path.display().to_string()).collect();
-            let found = if files.is_empty() {
-                "no file".to_owned()
-            } else {
-                files.join(", ")
-            };
-            CheckReport::ok("configuration", found)
+/// What is configured; nothing where it cannot be read.
+fn configuration(global: &Global) -> (CheckReport, Config) {
+    let config = match Config::load(global.no_config) {
+        Ok(config) => config,
+        Err(error) => {
+            let problem = Failure::from(error).message();
+            let remedy = "correct the file, or use --no-config";
+            let check = CheckReport::failed("configuration", problem, remedy);
+            return (check, Config::default());
         }
-    }
+    };
+    let files = config.files.iter().filter(|file| file.exists);
+    let files: Vec<String> = files.map(|file| file.path.display().to_string()).collect();
+    let found = match files.as_slice() {
+        _ if config.ignored => "ignored".to_owned(),
+        [] => "no file".to_owned(),
+        files => files.join(", "),
+    };
+    (CheckReport::ok("configuration", found), config)
 }
 
 /// What settings name that is not there, and variables that set nothing.
-fn settings(global: &Global) -> Vec<CheckReport> {
-    let config = Config::load(global.no_config).unwrap_or_default();
+fn settings(config: &Config, global: &Global) -> Vec<CheckReport> {
     let absent = config.absent_files().map(|(setting, set)| {
         let (name, value, place) = (setting.name, &set.value, &set.place);
         let found = format!("{name} {value}, which {place} names, is not there");
@@ -161,8 +159,7 @@ fn may_open(_port: &Path) -> bool {
 }
 
 /// The gauges that are bound to adapters.
-fn bindings(global: &Global) -> CheckReport {
-    let config = Config::load(global.no_config).unwrap_or_default();
+fn bindings(config: &Config) -> CheckReport {
     let named = config.value("bindings").map(|set| set.value.as_str());
     let path = Path::new(named.unwrap_or(BINDINGS_FILE));
     if !path.exists() {

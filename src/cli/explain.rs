@@ -7,8 +7,8 @@ use crate::physics::Law;
 use crate::report::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 use crate::shipped::{Explanation, error_explanations, verdict_explanations};
 
-use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure, exit_code_of};
-use super::outcome::Outcome;
+use super::failure::{EXIT_CODE_MEANINGS, exit_code_of};
+use super::{CliError, Failure, Outcome};
 
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
@@ -98,18 +98,15 @@ fn of_exit_code(name: &str) -> Option<TopicReport> {
         [] => "See what the command printed.".to_owned(),
         errors => format!("Explain the code of the error: {}.", errors.join(", ")),
     };
-    Some(TopicReport {
-        name: name.to_owned(),
-        kind: TopicKind::ExitCode,
-        exit_code: Some(code),
+    let found = Explanation {
         cause: format!("The command ended with {code}: {means}."),
         remedy,
         example: match errors.first() {
             Some(error) => format!("stiffbench explain {error}"),
             None => "stiffbench --help".to_owned(),
         },
-        forms: Vec::new(),
-    })
+    };
+    Some(of_explanation(name, TopicKind::ExitCode, Some(code), found))
 }
 
 /// A law, from its definition.
@@ -121,14 +118,14 @@ fn of_law(name: &str) -> Option<TopicReport> {
     } else {
         "Read on the page of diagnose how to check it by hand. Then use the model that diagnose wrote."
     };
-    Some(TopicReport {
-        name: name.to_owned(),
-        kind: TopicKind::Law,
-        exit_code: None,
+    let found = Explanation {
         cause: first.words.explanation.to_owned(),
         remedy: remedy.to_owned(),
         example: format!("stiffbench diagnose my-session --without {name}"),
+    };
+    Some(TopicReport {
         forms: laws.into_iter().map(form).collect(),
+        ..of_explanation(name, TopicKind::Law, None, found)
     })
 }
 
@@ -152,12 +149,9 @@ fn form(law: Law) -> LawForm {
 
 /// The error with the nearest name; of a code also by its last part alone.
 fn unknown(given: &str, name: &str) -> CliError {
-    let TopicList {
-        errors,
-        laws,
-        verdicts,
-    } = list();
-    let names: Vec<&String> = errors.iter().chain(&laws).chain(&verdicts).collect();
+    let all = list();
+    let names = all.errors.iter().chain(&all.laws).chain(&all.verdicts);
+    let names: Vec<&String> = names.collect();
     let last = |code: &str| code.rsplit("::").next().unwrap_or(code).to_owned();
     let same_end: Vec<&str> = names
         .iter()

@@ -15,12 +15,10 @@ use crate::readings::OverdueGauge;
 use crate::report::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 use crate::stiffness::{Branches, StiffnessReport};
 
-use super::args::Global;
 use super::data_args::DataArgs;
-use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::option_values::{BRANCHES, one_of};
-use super::outcome::Outcome;
+use super::{CliError, Failure, Global, Outcome};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
@@ -85,20 +83,15 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         let _ = std::fs::remove_dir(&args.out);
         return Err(error.into());
     }
-    let Exported {
-        tables,
-        about,
-        inputs,
-    } = exported;
     let report = DataExportReport {
         format,
         folder: args.out.clone(),
-        tables: tables.iter().map(ExportedTable::from).collect(),
+        tables: exported.tables.iter().map(ExportedTable::from).collect(),
         files,
     };
     Ok(Outcome::new("export", report.document(), report)
-        .with_inputs(inputs)
-        .with_warnings(about.notes))
+        .with_inputs(exported.inputs)
+        .with_warnings(exported.about.notes))
 }
 
 /// The tables of a session, not written.

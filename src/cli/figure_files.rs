@@ -9,8 +9,7 @@ use crate::session::write_whole;
 
 use rayon::prelude::*;
 
-use super::failure::{CliError, Failure};
-use super::outcome::Outcome;
+use super::{CliError, Failure, Outcome};
 use crate::analysis::{ArgumentError, Inputs, is_dash, is_input};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.

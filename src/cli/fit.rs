@@ -2,20 +2,119 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, ValueEnum};
+
 use crate::analysis::{
     ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, PlannedFit,
     StoredResult, derive, read_text,
 };
 use crate::fit::{FitOutcome, PaperFit};
+use crate::least_squares::SigmaMode;
 use crate::load_cases::write_load_cases;
 use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{FitArgs, Global, MethodArg};
-use super::failure::{Failure, refuse_given};
+use super::args::ModelArgs;
+use super::data_args::DataArgs;
+use super::failure::refuse_given;
 use super::figure_files::{write, write_figures};
-use super::outcome::Outcome;
+use super::numbers::MOST_REPLICATES;
+use super::option_values::{OptionValue, one_of};
+use super::parameter_args::ParameterArgs;
+use super::pose_args::PoseRulesArgs;
 use super::progress::progress;
+use super::{Failure, Global, Outcome};
+
+/// Fitting method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MethodArg {
+    /// All training cells at once, with intervals
+    LeastSquares,
+    /// The paper's nine steps
+    Paper,
+}
+
+/// Where the standard deviation of the residuals comes from.
+const SIGMAS: [OptionValue<SigmaMode>; 2] = [
+    (
+        "known",
+        "The stated or pooled uncertainties of the stiffnesses",
+        SigmaMode::Known,
+    ),
+    (
+        "estimated",
+        "The scatter about the fit",
+        SigmaMode::Estimated,
+    ),
+];
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um), a list of\ncomputed displacements (pose, direction, force_N, displacement_um), or one of the shipped names paper-experiment (Table VI) and\npaper-reference (Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --parameter beam.J=fixed,link.A=free --bootstrap 1000 --seed 1\n  stiffbench fit my-session --parameter joint.A3,base.rx=free,joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
+)]
+pub(super) struct FitArgs {
+    /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
+    data: PathBuf,
+    /// Further sessions or load cases of the same robot, fitted together with the first
+    #[arg(value_name = "DATA")]
+    further: Vec<PathBuf>,
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    model: ModelArgs,
+    /// Fitting method
+    #[arg(long, value_enum, default_value_t = MethodArg::LeastSquares)]
+    method: MethodArg,
+    /// Poses to fit, comma-separated; the others are held out [default: all, validated by leaving each out in turn]
+    #[arg(long, value_delimiter = ',')]
+    train: Option<Vec<String>>,
+    /// Weights of the training poses in the paper's combination [default: equal]
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    weights: Option<Vec<f64>>,
+    /// Reference displacements or stiffness for the single-source steps of the paper's method
+    #[arg(long, value_name = "NAME|FILE")]
+    reference: Option<PathBuf>,
+    /// Which parameters of the model are free.
+    #[command(flatten)]
+    parameters: ParameterArgs,
+    /// Source of the standard deviation of the residuals [default: known if the data state it]
+    #[arg(long, value_parser = one_of(SIGMAS))]
+    sigma: Option<SigmaMode>,
+    /// Number of bootstrap replicates
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_REPLICATES))]
+    bootstrap: usize,
+    /// What the bootstrap resamples
+    #[arg(long, value_enum, default_value_t = BootstrapOver::Runs, requires = "bootstrap")]
+    bootstrap_over: BootstrapOver,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Search for a lower minimum with a particle swarm and a simplex
+    #[arg(long)]
+    global_search: bool,
+    /// Quantity derived from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; repeatable
+    #[arg(long, value_name = "NAME=EXPRESSION")]
+    derive: Vec<String>,
+    /// Output of fit --json for another model of the same data: compares AICc, F test and errors in unseen poses; repeatable
+    #[arg(long, value_name = "FIT.json")]
+    against: Vec<PathBuf>,
+    /// Write the fitted factors as a TOML file for --factors
+    #[arg(long, value_name = "FILE")]
+    save_factors: Option<PathBuf>,
+    /// Write the loads that would best determine the open parameters: a procedure (FILE.toml) or a table of load cases to fill in (FILE.csv)
+    #[arg(long, value_name = "FILE")]
+    next: Option<PathBuf>,
+    /// Which poses may be planned.
+    #[command(flatten)]
+    rules: PoseRulesArgs,
+    /// Write the figures of the fit into this folder
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
+    /// How the data are read.
+    #[command(flatten)]
+    reading: DataArgs,
+}
 
 /// Fits and reports.
 pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -26,25 +125,23 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     refuse_what_the_method_ignores(args)?;
     let settings = args.reading.open_settings(global)?;
     let data = Data::open(&args.data, &settings)?;
-    match &data {
-        Data::LoadCases(_) => refuse_what_needs_cells(args)?,
-        Data::Readings(_)
-            if !args.further.is_empty()
-                && args.bootstrap > 0
-                && args.bootstrap_over == BootstrapOver::Runs =>
-        {
-            return ArgumentError::refuse(
-                "--bootstrap",
-                "it resamples the runs of one session",
-                "add --bootstrap-over cells, or fit one session",
-            );
-        }
-        Data::Readings(_) | Data::Stiffness { .. } => {}
+    let is_of_cases = matches!(data, Data::LoadCases(_));
+    if is_of_cases {
+        refuse_what_needs_cells(args)?;
+    }
+    let resamples_runs = args.bootstrap > 0 && args.bootstrap_over == BootstrapOver::Runs;
+    if matches!(data, Data::Readings(_)) && !args.further.is_empty() && resamples_runs {
+        return ArgumentError::refuse(
+            "--bootstrap",
+            "it resamples the runs of one session",
+            "add --bootstrap-over cells, or fit one session",
+        );
     }
     let data = data.with(&args.further, &settings)?;
-    let notes = match &data {
-        Data::LoadCases(_) => data.warnings(),
-        Data::Readings(_) | Data::Stiffness { .. } => Vec::new(),
+    let notes = if is_of_cases {
+        data.warnings()
+    } else {
+        Vec::new()
     };
     let data = FitData::new(data, &args.model.choice()?, method)
         .map_err(|error| Failure::from(error).with_warnings(&notes))?;

@@ -4,12 +4,11 @@ use clap::{ArgAction, Args, ColorChoice, ValueEnum};
 use jiff::civil::Date;
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
-use crate::import::ImportMapping;
+use crate::analysis::{CalibrationCheck, OpenSettings};
 
 /// Options of every subcommand.
 #[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Output")]
 pub struct Global {
     /// Print one JSON object on standard output instead of text, also on failure
@@ -45,14 +44,13 @@ impl Global {
     /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
     pub(super) fn open_settings(&self) -> OpenSettings {
         OpenSettings {
-            columns: ImportMapping::default(),
             trust_csv: self.trust_csv,
             calibration: if self.strict {
                 CalibrationCheck::Refuse(today())
             } else {
                 CalibrationCheck::Warn(today())
             },
-            gauges: GivenCalibration::default(),
+            ..OpenSettings::default()
         }
     }
 }
@@ -63,9 +61,10 @@ pub(super) fn today() -> Date {
 }
 
 /// How progress is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum ProgressMode {
     /// A bar on a terminal, lines otherwise, nothing with --json
+    #[default]
     Auto,
     /// A bar
     Bar,

@@ -11,9 +11,9 @@ use crate::nearest::nearest;
 use crate::report::ManualPage;
 
 use super::args::Cli;
-use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure};
+use super::failure::EXIT_CODE_MEANINGS;
 use super::figure_files::write_again;
-use super::outcome::Outcome;
+use super::{CliError, Failure, Outcome};
 
 /// Help with the examples before the options.
 const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} {usage}{after-help}\n\n{all-args}";

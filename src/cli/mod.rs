@@ -8,7 +8,6 @@ mod config;
 mod data_args;
 mod demo;
 mod diagnose;
-mod diagnose_args;
 mod doctor;
 #[cfg(unix)]
 pub mod emulated;
@@ -38,10 +37,8 @@ pub mod progress;
 pub mod rehearsal;
 pub mod report;
 mod robot;
-mod robot_args;
 mod robot_export;
 mod robot_new;
-mod robot_pose;
 mod screen;
 mod session;
 mod significance;
@@ -58,7 +55,10 @@ use serde_json::Value;
 
 use crate::analysis::{ArgumentError, forget_inputs};
 use crate::export::tidy::TidyTable;
-use args::{Cli, Command, Global, ProgressMode};
+use args::{Cli, Command};
+
+// What a command takes and gives: all of them import it from here.
+use args::Global;
 use failure::{CliError, Failure};
 use outcome::Outcome;
 
@@ -171,14 +171,7 @@ fn run_words(words: &[&str], global: &Global) -> Result<Outcome, Failure> {
 fn only_json(json: bool) -> Global {
     Global {
         json,
-        strict: false,
-        trust_csv: false,
-        no_config: false,
-        no_input: false,
-        verbose: 0,
-        quiet: false,
-        color: ColorChoice::Auto,
-        progress: ProgressMode::Auto,
+        ..Global::default()
     }
 }
 

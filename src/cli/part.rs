@@ -8,14 +8,11 @@ use crate::analysis::{Inputs, PartModelFile, diagnose_part, read_bytes, sha256, 
 use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
-use super::args::Global;
-use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, report_of};
-use super::diagnose_args::SearchArgs;
-use super::failure::Failure;
-use super::outcome::Outcome;
+use super::diagnose::{DIAGNOSIS_STEPS, ResultFolder, SearchArgs, report_of};
 use super::predict::{self, PredictArgs};
 use super::progress::progress;
 use super::specimen_args::PartTableArgs;
+use super::{Failure, Global, Outcome};
 
 /// Arguments of `part`.
 #[derive(Debug, Args)]

@@ -11,9 +11,8 @@ use crate::report::PredictionReport;
 use crate::specimen::{SpecimenError, read_specimen};
 use crate::table_files::TableFileError;
 
-use super::failure::Failure;
 use super::figure_files::write_again;
-use super::outcome::Outcome;
+use super::{Failure, Outcome};
 
 /// Arguments of `part predict`.
 #[derive(Debug, Args)]

@@ -1,27 +1,108 @@
 //! `stiffbench robot`.
 
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
 use crate::physics::{ActingPhysics, Effect, PlaceKind};
+use crate::plot::robot_pose;
 use crate::report::{
-    ComplianceReport, MechanismRank, MobilityReport, RobotReport, robot_check_document,
-    robot_figure,
+    ComplianceReport, MechanismRank, MobilityReport, RobotReport, pose_drawing,
+    robot_check_document, robot_figure, with_equal_views,
 };
 use crate::robot::{
-    JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
+    FittingFactors, JointModel, Mechanism, MechanismModel, Predictor, Robot, RobotError, Theory,
+    chain_mobility, mobility,
 };
 use crate::structure::Compliance6;
 
-use super::args::Global;
-use super::failure::Failure;
-use super::figure_files::write_figures;
-use super::map;
-use super::outcome::Outcome;
-use super::pose_args::limits_passed;
-use super::robot_args::{ComplianceArgs, RobotArgs, RobotCheckArgs, RobotCommand, ShowArgs};
-use super::robot_export;
-use super::robot_new::new_robot;
-use super::robot_pose;
-use super::significance;
+use super::args::RobotModelArgs;
+use super::figure_files::{file_part, write_figures};
+use super::map::{self, MapArgs};
+use super::numbers::three_numbers;
+use super::pose_args::{PoseArgs, limits_passed};
+use super::robot_export::{self, RobotExportArgs};
+use super::robot_new::{NewArgs, new_robot};
+use super::significance::{self, SignificanceArgs};
+use super::{Failure, Global, Outcome};
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_source};
+
+/// Arguments of `robot`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml --figures drawn\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot map --samples 5000 --out maps\n  stiffbench robot show --schema > robot.schema.json"
+)]
+pub(super) struct RobotArgs {
+    /// What to look at.
+    #[command(subcommand)]
+    what: RobotCommand,
+}
+
+/// Subcommands of `robot`.
+#[derive(Debug, Subcommand)]
+pub(super) enum RobotCommand {
+    /// Print bodies, mechanisms, variables, poses and factor sets, or the mobility, or the schema of robot files
+    Show(ShowArgs),
+    /// Check a robot file in every mechanism and pose: size, mass, stiffness, warnings
+    Check(RobotCheckArgs),
+    /// Create a robot file from a URDF, a Denavit-Hartenberg table or a template
+    New(NewArgs),
+    /// Compute the 6 x 6 compliance of the end in a pose
+    Compliance(ComplianceArgs),
+    /// Map the stiffness over the workspace of each mechanism: statistics, regions of high and low stiffness, the paper's Tables VII to X
+    Map(Box<MapArgs>),
+    /// Rank the section constants by their effect in each direction (the paper's Table III)
+    Significance(SignificanceArgs),
+    /// Write the robot with its springs, friction and play for a simulator, or its parameters and compliance as a table
+    Export(Box<RobotExportArgs>),
+}
+
+/// Arguments of `robot check`.
+#[derive(Debug, Args)]
+pub(super) struct RobotCheckArgs {
+    /// Name of a shipped robot, or a robot file
+    robot: String,
+    /// Draw every pose into this folder (SVG and PNG)
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
+}
+
+/// Arguments of `robot show`.
+#[derive(Debug, Args)]
+pub(super) struct ShowArgs {
+    /// Name of a shipped robot, or a robot file [default: hp-robot]
+    #[arg(value_name = "ROBOT")]
+    robot: Option<String>,
+    /// Print the mobility instead: degrees of freedom by the paper's eqs. (1) to (5), and by the rank of the closure conditions
+    #[arg(long)]
+    mobility: bool,
+    /// Print the JSON Schema of the format of this robot file instead; without a file, that of stiffbench/robot/2
+    #[arg(long, conflicts_with = "mobility")]
+    schema: bool,
+}
+
+/// Arguments of `robot compliance`.
+#[derive(Debug, Args)]
+pub(super) struct ComplianceArgs {
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    model: RobotModelArgs,
+    /// Which pose.
+    #[command(flatten)]
+    pose: PoseArgs,
+    /// Let joints turn freely unless a drive or brake locks them
+    #[arg(long)]
+    pinned: bool,
+    /// Include the shear deformation of beams
+    #[arg(long)]
+    timoshenko: bool,
+    /// Load at the end for the secant compliance of nonlinear joints and the geometric stiffness of an arm of rigid links: force along x, y and z, N [default: the smallest]
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
+    load: Option<[f64; 3]>,
+    /// Draw the robot in the pose into this folder, displaced by the load of --load (50 N downward without it)
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
+}
 
 /// Looks at a robot.
 pub(super) fn run(args: &RobotArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -71,7 +152,7 @@ fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::default().with_robot(&robot, &source.text);
     let check = check_robot(&robot, &source)?;
     let drawn = args.figures.iter();
-    let drawn = drawn.map(|folder| robot_pose::draw(&robot, &inputs, folder));
+    let drawn = drawn.map(|folder| draw_poses(&robot, &inputs, folder));
     let drawn = drawn.collect::<Result<Vec<_>, _>>()?.concat();
     let document = robot_check_document(&check);
     let strict = u8::from(!check.findings.is_empty());
@@ -81,6 +162,24 @@ fn check(args: &RobotCheckArgs) -> Result<Outcome, Failure> {
         .with_warnings(findings)
         .with_written(&drawn)
         .with_strict_exit(strict))
+}
+
+/// Draws every named pose that can be taken (the nominal one if none has a name) into a folder; the others are findings of the check.
+fn draw_poses(robot: &Robot, inputs: &Inputs, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mechanism = robot.mechanism(None)?;
+    let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+    let mut model = MechanismModel::new(robot, mechanism, &joints, theory, &FittingFactors::UNIT)?;
+    let (mut names, mut drawings) = (Vec::new(), Vec::new());
+    for (name, pose) in robot.poses_or_nominal() {
+        if model.place(&pose).is_ok() {
+            drawings.push(pose_drawing(&model, &name));
+            names.push(format!("pose-{}", file_part(&name)));
+        }
+    }
+    with_equal_views(&mut drawings);
+    let inputs = inputs.clone().with_mechanism(&mechanism.name);
+    let figures = names.into_iter().zip(drawings.iter().map(robot_pose));
+    write_figures(folder, figures.collect(), &inputs)
 }
 
 fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {

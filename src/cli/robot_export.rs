@@ -10,11 +10,10 @@ use crate::report::{ExportFormat, ModelExportReport};
 use crate::shipped::{shipped_robot, shipped_robots};
 
 use super::args::RobotModelArgs;
-use super::failure::Failure;
 use super::figure_files::write;
-use super::map::{FitFile, read_fit};
-use super::outcome::Outcome;
+use super::map::read_fit;
 use super::pose_args::{PoseArgs, limits_passed};
+use super::{Failure, Outcome};
 
 /// Arguments of `robot export`.
 #[derive(Debug, Args)]
@@ -65,19 +64,12 @@ pub(super) fn run(args: &RobotExportArgs) -> Result<Outcome, Failure> {
     }
     let mut resolved = crate::analysis::resolve(&choice, None)?;
     let (mut fitted, mut warnings) = (Vec::new(), resolved.warnings.clone());
-    if let Some(FitFile {
-        factors_name,
-        factors,
-        parameters,
-        warnings: of_fit,
-        ..
-    }) = fit
-    {
-        resolved.robot.check_parameters(&factors)?;
-        resolved.factors_name = factors_name;
-        resolved.factors = factors;
-        fitted = parameters;
-        warnings.extend(of_fit);
+    if let Some(fit) = fit {
+        resolved.robot.check_parameters(&fit.factors)?;
+        resolved.factors_name = fit.factors_name;
+        resolved.factors = fit.factors;
+        fitted = fit.parameters;
+        warnings.extend(fit.warnings);
     }
     let model = ExportModel::new(&resolved, fitted);
     let pose = args.pose.chosen(&resolved.robot)?;

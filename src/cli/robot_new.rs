@@ -1,6 +1,8 @@
 //! `stiffbench robot new`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
 
 use crate::analysis::{
     ArgumentError, Controller, DhSettings, NewRobot, StatedPosition, UrdfSettings, check_positions,
@@ -11,10 +13,52 @@ use crate::robot::format2::file::DhConvention;
 use crate::robot::{Robot, RobotError};
 use crate::source_text::SourceText;
 
-use super::failure::{CliError, Failure};
 use super::figure_files::{check_new, write_new};
-use super::outcome::Outcome;
-use super::robot_args::NewArgs;
+use super::{CliError, Failure, Outcome};
+
+/// Arguments of `robot new`.
+#[derive(Debug, Args)]
+#[command(
+    group = clap::ArgGroup::new("from").required(true).args(["urdf", "dh", "template"]),
+    after_help = "Examples:\n  stiffbench robot new my-robot.toml --urdf ur10.urdf --tip tool0\n  stiffbench robot new my-robot.toml --dh table.csv --convention modified --controller kuka --check-position 0,-90,90,0,0,0=1500,0,1850\n  stiffbench robot new my-robot.toml --template serial"
+)]
+pub(super) struct NewArgs {
+    /// Robot file to write; must not exist
+    #[arg(value_name = "FILE")]
+    out: PathBuf,
+    /// URDF to read; expand a xacro first
+    #[arg(long, value_name = "FILE")]
+    urdf: Option<PathBuf>,
+    /// Link of the URDF that is fixed [default: its root]
+    #[arg(long, value_name = "LINK", requires = "urdf")]
+    base: Option<String>,
+    /// Link of the URDF that carries the tool [default: its only end]
+    #[arg(long, value_name = "LINK", requires = "urdf")]
+    tip: Option<String>,
+    /// Section of the links behind a joint, or of all links, which become beams; for example J2="tube 120x6 aluminium"
+    #[arg(long, value_name = "[JOINT=]PROFILE", requires = "urdf")]
+    section: Vec<String>,
+    /// Denavit-Hartenberg table to read, TOML or CSV
+    #[arg(long, value_name = "FILE")]
+    dh: Option<PathBuf>,
+    /// Convention of a table that does not state it
+    #[arg(long, value_name = "CONVENTION", value_parser = ["standard", "modified"], requires = "dh")]
+    convention: Option<String>,
+    /// Manufacturer whose axis convention for six-axis arms the table follows
+    #[arg(long, value_name = "MAKER", value_parser = ["kuka", "fanuc"], requires = "dh")]
+    controller: Option<String>,
+    /// Position of the tool centre, mm, that the controller shows for joint values; repeatable
+    #[arg(
+        long,
+        value_name = "Q1,Q2,...=X,Y,Z",
+        requires = "dh",
+        allow_hyphen_values = true
+    )]
+    check_position: Vec<String>,
+    /// Template to copy: serial, scara, four-bar, parallelogram or gantry
+    #[arg(long, value_name = "NAME", value_parser = ["serial", "scara", "four-bar", "parallelogram", "gantry"])]
+    template: Option<String>,
+}
 
 /// Writes a robot file that was not there before.
 pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {

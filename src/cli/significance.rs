@@ -1,5 +1,6 @@
 //! `stiffbench robot significance`.
 
+use clap::Args;
 use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs, UnknownSprings, fixed_physics};
@@ -9,9 +10,28 @@ use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
-use super::failure::Failure;
-use super::outcome::Outcome;
-use super::robot_args::SignificanceArgs;
+use super::args::RobotModelArgs;
+use super::{Failure, Outcome};
+
+/// Arguments of `robot significance`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench robot significance --pose P1 --factors unit\n  stiffbench robot significance --pose P3 --factors m_fsd --beams-only\n  stiffbench robot significance --pose P1 --parameters joint.A3,base.rx"
+)]
+pub(super) struct SignificanceArgs {
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    model: RobotModelArgs,
+    /// Pose [default: the robot's first]
+    #[arg(long)]
+    pose: Option<String>,
+    /// Change the constants of beams only, as the multi-source steps do
+    #[arg(long)]
+    beams_only: bool,
+    /// Further sections and springs to rank: section.NAME.Iz, joint.NAME, base.rx
+    #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
+    parameters: Vec<String>,
+}
 
 /// Which constant matters where.
 pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {

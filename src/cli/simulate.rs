@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
 
 use stiffbench_document::Document;
 
@@ -19,12 +21,14 @@ use crate::report::{BESIDE_BEAMS, SimulationReport, TrackerReport, physics_docum
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
-use super::args::SimulateArgs;
-use super::failure::{CliError, Failure, refuse_given};
+use super::args::ModelArgs;
+use super::failure::refuse_given;
 use super::figure_files::write;
 use super::model::effects_text;
-use super::outcome::Outcome;
-use super::procedure::{SingleLoads, resolve_procedure, single_loads};
+use super::numbers::{MOST_LOAD_CASES, count_up_to};
+use super::option_values::{OptionValue, one_of};
+use super::procedure::{AxesArgs, ProcedureArgs, resolve_procedure, single_loads};
+use super::{CliError, Failure, Outcome};
 use crate::analysis::{
     ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, refuse_unseen_laws, sha256,
     state_joint_values,
@@ -58,40 +62,102 @@ struct Simulated {
     warnings: Vec<String>,
 }
 
+/// Distribution of the errors.
+const NOISE_SHAPES: [OptionValue<NoiseShape>; 2] = [
+    ("normal", "Normal", NoiseShape::Normal),
+    (
+        "skewed",
+        "Shifted gamma, the same standard deviation, skewness 1",
+        NoiseShape::Skewed,
+    ),
+];
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'\n  stiffbench simulate three-gauges --displacement-axes x,y,z --directions x,0,0.7071,0.7071"
+)]
+pub(super) struct SimulateArgs {
+    /// Session folder to create; must not exist
+    #[arg(value_name = "SESSION")]
+    out: PathBuf,
+    /// Robot, mechanism and factors (the true ones, unless --true-factor changes them).
+    #[command(flatten)]
+    model: ModelArgs,
+    /// True value of a factor, for example beam.Iy=0.006
+    #[arg(long, value_delimiter = ',', value_name = "FACTOR=VALUE")]
+    true_factor: Vec<String>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Standard deviation of a displacement reading, um
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
+    reading_sd_um: f64,
+    /// Standard deviation of a gauge zero, um
+    #[arg(long, default_value_t = 2.5, allow_negative_numbers = true)]
+    zero_sd_um: f64,
+    /// Standard deviation of the slope from run to run, relative
+    #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
+    run_slope_sd: f64,
+    /// Display step of the displacement gauge, um
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
+    displacement_step_um: f64,
+    /// Display step of the force gauge, N
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
+    force_step_n: f64,
+    /// Distribution of the errors
+    #[arg(long, value_parser = one_of(NOISE_SHAPES), default_value = "normal")]
+    noise_distribution: NoiseShape,
+    /// Simulate without noise and without display steps
+    #[arg(long)]
+    noise_free: bool,
+    /// Simulate this many load cases instead of series of loads: one load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
+    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES))]
+    load_cases: Option<usize>,
+    /// Simulate this many absolute positions under the robot's own weight instead of series of loads, read by a tracker in an unknown place; with --loads-n every second position has a force
+    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES), conflicts_with = "load_cases")]
+    positions: Option<usize>,
+    /// Joints keep their state from one run of a pose and direction to the next [default: every run starts from the unloaded state]
+    #[arg(long)]
+    keep_history: bool,
+    /// What is measured in which order; last, as its heading would go on.
+    #[command(flatten)]
+    procedure: ProcedureArgs,
+    /// Where displacements are read.
+    #[command(flatten)]
+    axes: AxesArgs,
+}
+
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let load_cases = args.load_cases.map(CaseKind::LoadCases);
-    let Simulated {
-        resolved,
-        report,
-        readings,
-        header,
-        record,
-        words: [what, time, known],
-        warnings,
-    } = match load_cases.or(args.positions.map(CaseKind::Positions)) {
+    let made = match load_cases.or(args.positions.map(CaseKind::Positions)) {
         Some(kind) => of_cases(args, kind)?,
         None => of_procedure(args)?,
     };
     create_new(&args.out)?;
     for (name, bytes) in [
-        ("robot.toml", resolved.source.text.as_bytes()),
-        ("readings.csv", &readings),
-        ("session.toml", header.as_bytes()),
-        ("simulation.toml", record.as_bytes()),
+        ("robot.toml", made.resolved.source.text.as_bytes()),
+        ("readings.csv", &made.readings),
+        ("session.toml", made.header.as_bytes()),
+        ("simulation.toml", made.record.as_bytes()),
     ] {
         write(&args.out.join(name), bytes)?;
     }
     let folder = args.out.display();
+    let [what, time, known] = made.words;
     let mut document = Document::of(format!("{folder}: {what}, seed {}", args.seed));
-    document.append(physics_document(BESIDE_BEAMS, &resolved.physics.effects));
+    document.append(physics_document(
+        BESIDE_BEAMS,
+        &made.resolved.physics.effects,
+    ));
     document.paragraph(format!(
         "{time}session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written."
     ));
     document.next(format!("fit {folder}"));
-    Ok(Outcome::new("simulate", document, report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+    Ok(Outcome::new("simulate", document, made.report)
+        .with_inputs(Inputs::default().with_model(&made.resolved))
+        .with_warnings(made.warnings))
 }
 
 /// Series of loads by a procedure.
@@ -181,19 +247,15 @@ fn of_cases(args: &SimulateArgs, kind: CaseKind) -> Result<Simulated, Failure> {
     let truth = robot.with_own_springs(&resolved.factors);
     let warnings = [&resolved.warnings[..], &rigid_springs(&resolved, &truth)].concat();
     let noise = noise(args);
-    let SingleLoads {
-        poses,
-        largest_n: force_n,
-        repeats,
-    } = single_loads(&args.procedure, option)?;
+    let loads = single_loads(&args.procedure, option)?;
     let (mut table, tracker, words) = match kind {
         CaseKind::LoadCases(count) => {
-            let largest_force_n = force_n.unwrap_or(LARGEST_FORCE_N);
+            let largest_force_n = loads.largest_n.unwrap_or(LARGEST_FORCE_N);
             let plan = LoadCasePlan {
                 count,
                 largest_force_n,
-                repeats,
-                poses,
+                repeats: loads.repeats,
+                poses: loads.poses,
             };
             let table = simulate_load_cases(robot, physics, &truth, &plan, &noise, args.seed)?;
             let words = format!("load cases up to {largest_force_n} N");
@@ -202,13 +264,13 @@ fn of_cases(args: &SimulateArgs, kind: CaseKind) -> Result<Simulated, Failure> {
         CaseKind::Positions(count) => {
             let plan = PositionPlan {
                 count,
-                largest_force_n: force_n,
-                repeats,
-                poses,
+                largest_force_n: loads.largest_n,
+                repeats: loads.repeats,
+                poses: loads.poses,
             };
             let SimulatedPositions { table, frames } =
                 simulate_positions(robot, physics, &truth, &plan, &noise, args.seed)?;
-            let forces = force_n.map_or_else(String::new, |force_n| {
+            let forces = loads.largest_n.map_or_else(String::new, |force_n| {
                 format!(" and forces up to {force_n} N")
             });
             let words = format!("positions under own weight{forces}");

@@ -1,17 +1,54 @@
 //! `stiffbench stiffness`.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use clap::Args;
 
 use crate::analysis::{ArgumentError, Inputs, LoadedSession, doubts_about_stiffness};
 use crate::readings::{Reading, ReadingTable};
 use crate::report::{VectorStiffnessReport, load_displacement_figure, stiffness_document};
 use crate::stiffness::{Branches, StiffnessReport};
 
-use super::args::{Global, StiffnessArgs};
-use super::failure::{Failure, refuse_given};
+use super::data_args::DataArgs;
+use super::failure::refuse_given;
 use super::figure_files::write_figures;
-use super::outcome::Outcome;
+use super::option_values::{BRANCHES, one_of};
+use super::{Failure, Global, Outcome};
 use crate::count::counted;
+
+/// Arguments of `stiffness`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --direction x"
+)]
+pub(super) struct StiffnessArgs {
+    /// Session folder, readings file, or table of another program
+    data: PathBuf,
+    /// Branches to use
+    #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
+    branches: Branches,
+    /// Magnitude of the smallest load to use, N
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0.0,
+        hide_default_value = true
+    )]
+    from_load: f64,
+    /// Magnitude of the largest load to use, N
+    #[arg(long, value_name = "N", default_value_t = f64::INFINITY, hide_default_value = true)]
+    to_load: f64,
+    /// Print the uncertainty budget of every cell
+    #[arg(long)]
+    budget: bool,
+    /// Write the figure of load against displacement into this folder
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
+    /// How the data are read.
+    #[command(flatten)]
+    reading: DataArgs,
+}
 
 /// Readings to stiffness.
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {

@@ -318,27 +318,19 @@ impl DhRows<'_, '_> {
             written.set("kind", "\"sliding\"");
         }
         let at = |key| [Key("rows"), Index(place), Key(key)];
-        written.set(
-            "alpha_deg",
-            number(self.reader.number(row.alpha.as_ref(), &at("alpha"))?),
-        );
-        written.set(
-            "a_mm",
-            number(1e3 * self.reader.number(row.a.as_ref(), &at("a"))?),
-        );
-        written.set(
-            "theta_deg",
-            number(self.reader.number(row.theta.as_ref(), &at("theta"))?),
-        );
-        written.set(
-            "d_mm",
-            number(1e3 * self.reader.number(row.d.as_ref(), &at("d"))?),
-        );
+        let reader = self.reader;
+        let mm = |value: f64| number(1e3 * value);
+        let alpha = reader.number(row.alpha.as_ref(), &at("alpha"))?;
+        written.set("alpha_deg", number(alpha));
+        written.set("a_mm", mm(reader.number(row.a.as_ref(), &at("a"))?));
+        let theta = reader.number(row.theta.as_ref(), &at("theta"))?;
+        written.set("theta_deg", number(theta));
+        written.set("d_mm", mm(reader.number(row.d.as_ref(), &at("d"))?));
         let angle = match &row.angle {
             Some(terms) => {
                 let mut parts = Vec::new();
                 for (variable, coefficient) in terms {
-                    let value = self.reader.number(Some(coefficient), &at("angle"))?;
+                    let value = reader.number(Some(coefficient), &at("angle"))?;
                     parts.push(format!("{} = {}", key(variable), number(value)));
                 }
                 Some(format!("{{ {} }}", parts.join(", ")))
@@ -352,8 +344,8 @@ impl DhRows<'_, '_> {
         };
         let limits = match (&row.min, &row.max) {
             (Some(min), Some(max)) => Some([
-                self.reader.number(Some(min), &at("min"))?,
-                self.reader.number(Some(max), &at("max"))?,
+                reader.number(Some(min), &at("min"))?,
+                reader.number(Some(max), &at("max"))?,
             ]),
             _ => None,
         };

@@ -84,15 +84,10 @@ pub(in crate::cli) enum ConfigError {
 
 impl From<ReadError> for ConfigError {
     fn from(error: ReadError) -> Self {
-        let ReadError {
-            path,
-            source,
-            advice,
-        } = error;
         Self::Read {
-            path,
-            source,
-            advice,
+            path: error.path,
+            source: error.source,
+            advice: error.advice,
         }
     }
 }

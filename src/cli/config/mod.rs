@@ -13,9 +13,8 @@ use serde_json::json;
 use crate::analysis::session_header;
 use crate::report::{ConfigReport, SettingOrigin, SettingReport};
 
-use super::args::{Global, ProgressMode};
-use super::failure::Failure;
-use super::outcome::Outcome;
+use super::args::ProgressMode;
+use super::{Failure, Global, Outcome};
 
 pub(super) use layers::{Config, ConfigError, unknown_variables};
 use layers::{ConfigSetting, SETTINGS, SetValue, json_schema};

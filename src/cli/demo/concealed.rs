@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use stiffbench_document::{Document, Table};
 
-use crate::cli::args::Global;
-use crate::cli::failure::{CliError, Failure};
 use crate::cli::run_words;
+use crate::cli::{CliError, Failure, Global};
 use crate::report::{DemoConcealed, DemoFinding, DiagnosisSummary, FindingReport, FitReport};
 
 /// What is concealed in the simulated bench; the analysis is not given it.

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
+use crate::cli::{Failure, Global};
 
 /// Measures a session in a folder that did not exist, and shows how far it is.
 #[cfg(unix)]

@@ -21,12 +21,10 @@ use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
-use super::args::Global;
 use super::export::check_free;
-use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
-use super::outcome::Outcome;
 use super::progress::progress;
+use super::{CliError, Failure, Global, Outcome};
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]

@@ -24,12 +24,12 @@ use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 
 use super::descriptions::ProtocolsArgs;
-use crate::cli::args::{Global, ModelArgs};
+use crate::cli::args::ModelArgs;
 use crate::cli::emulated::{BenchOperator, Emulation};
-use crate::cli::failure::Failure;
 use crate::cli::numbers::number_that;
-use crate::cli::outcome::{Outcome, print_error, print_now};
+use crate::cli::outcome::{print_error, print_now};
 use crate::cli::procedure::{ProcedureArgs, resolve_procedure};
+use crate::cli::{Failure, Global, Outcome};
 
 /// How often it is looked whether a signal came.
 const SIGNAL_WAIT: Duration = Duration::from_millis(50);

@@ -24,9 +24,7 @@ use crate::instrument::{
 };
 use crate::report::{DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary};
 
-use super::args::Global;
-use super::failure::{CliError, Failure};
-use super::outcome::Outcome;
+use super::{CliError, Failure, Global, Outcome};
 use crate::count::counted;
 
 use args::{DecodeArgs, GaugeShowArgs, GaugeVerb};

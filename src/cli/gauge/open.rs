@@ -16,7 +16,7 @@ use crate::instrument::trace::{Sink, TraceHeader};
 use crate::instrument::{Channel, CommandRole, Decoder, InstrumentDescription};
 use crate::source_text::SourceText;
 
-use super::descriptions::{LocatedDescription, ProtocolsArgs, find_description};
+use super::descriptions::{ProtocolsArgs, find_description};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::print_error;
 
@@ -80,11 +80,8 @@ impl Gauge {
         args: &PortArgs,
         quiet: bool,
     ) -> Result<Self, Failure> {
-        let LocatedDescription {
-            description,
-            mut warnings,
-            ..
-        } = find_description(instrument, &args.protocols)?;
+        let found = find_description(instrument, &args.protocols)?;
+        let (description, mut warnings) = (found.description, found.warnings);
         check_permission(&description, args)?;
         let (bindings, of_bindings) = read_bindings(&args.bindings)?;
         warnings.extend(of_bindings);

@@ -17,9 +17,9 @@ use crate::instrument::{Channel, InstrumentDescription};
 
 use super::descriptions::{ProtocolsArgs, all_descriptions, find_description};
 use super::open::{BINDINGS_FILE, channel, read_bindings};
-use crate::cli::args::{Global, seconds};
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::outcome::{Outcome, print_error};
+use crate::cli::args::seconds;
+use crate::cli::outcome::print_error;
+use crate::cli::{CliError, Failure, Global, Outcome};
 use crate::report::{BindingReport, BoundGauge, PortList, PortReport, ProbeReport};
 use crate::session::write_whole;
 
@@ -114,28 +114,25 @@ pub(super) fn probe_ports(args: &ProbeArgs, global: &Global) -> Result<Outcome, 
     };
     let probed = ports.into_iter().map(|port| {
         let result = probe_port(&port, &descriptions, global);
-        (port, Some(result))
+        (port, Some(probed(result)))
     });
     listed(probed.collect(), &args.bindings)
 }
 
 /// Ports with what is bound to them and what answered.
 fn listed(
-    found: Vec<(PortInfo, Option<ProbeResult>)>,
+    found: Vec<(PortInfo, Option<ProbeReport>)>,
     bindings: &Path,
 ) -> Result<Outcome, Failure> {
     let (bindings, warnings) = read_bindings(bindings)?;
-    let ports: Vec<PortInfo> = found.iter().map(|(port, _)| port.clone()).collect();
-    let document = document(&found, |port| bound_to(port, &ports, &bindings));
-    let reports = found.into_iter().map(|(port, probe_port)| PortReport {
-        bound: bound_to(&port, &ports, &bindings),
+    let known: Vec<PortInfo> = found.iter().map(|(port, _)| port.clone()).collect();
+    let ports = found.into_iter().map(|(port, probe)| PortReport {
+        bound: bound_to(&port, &known, &bindings),
         port,
-        probe: probe_port.map(probed),
+        probe,
     });
-    let list = PortList {
-        ports: reports.collect(),
-    };
-    Ok(Outcome::new("ports", document, list).with_warnings(warnings))
+    let ports: Vec<PortReport> = ports.collect();
+    Ok(Outcome::new("ports", document(&ports), PortList { ports }).with_warnings(warnings))
 }
 
 /// The gauges that a bindings file has on a port.
@@ -318,30 +315,24 @@ fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<
     ))
 }
 
-fn probed(probe_port: ProbeResult) -> ProbeReport {
-    let findings = match probe_port {
-        Ok(findings) => findings,
-        Err(error) => {
-            let problem = error.to_string();
-            return ProbeReport::Failed { problem };
-        }
-    };
-    let r#match = clear_match(&findings).map(|found| found.instrument.clone());
-    ProbeReport::Answered {
-        instruments: findings,
-        r#match,
+fn probed(result: ProbeResult) -> ProbeReport {
+    match result {
+        Ok(instruments) => ProbeReport::Answered {
+            r#match: clear_match(&instruments).map(|found| found.instrument.clone()),
+            instruments,
+        },
+        Err(error) => ProbeReport::Failed {
+            problem: error.to_string(),
+        },
     }
 }
 
-fn document(
-    ports: &[(PortInfo, Option<ProbeResult>)],
-    bound: impl Fn(&PortInfo) -> Vec<BoundGauge>,
-) -> Document {
+fn document(ports: &[PortReport]) -> Document {
     let mut document = Document::new();
     if ports.is_empty() {
         document.paragraph("no serial port; plug an adapter in, or name a port by its path");
     }
-    for (port, probe_port) in ports {
+    for PortReport { port, bound, probe } in ports {
         document.paragraph(&port.path);
         let usb = port.usb.as_ref().map(ToString::to_string);
         for line in [&port.label, &usb, &port.by_id].into_iter().flatten() {
@@ -350,7 +341,7 @@ fn document(
         for BoundGauge {
             channel,
             instrument,
-        } in bound(port)
+        } in bound
         {
             document.item(format!("bound as the {channel} gauge: {instrument}"));
         }
@@ -360,24 +351,26 @@ fn document(
                 1000 / latency_ms
             ));
         }
-        match probe_port {
-            Some(Ok(findings)) if findings.is_empty() => {
+        match probe {
+            Some(ProbeReport::Answered { instruments, .. }) if instruments.is_empty() => {
                 document.item("no known instrument answers");
             }
-            Some(Ok(findings)) => findings.iter().for_each(|finding| {
-                let said = finding.identity.iter();
-                let said = said.map(|said| format!(", identifies itself as {said}"));
-                let speed = finding.other_baud.iter();
-                let speed = speed.map(|baud| format!(", at {baud} bit/s"));
-                document.item(format!(
-                    "{} points: {}: {}{}",
-                    finding.points,
-                    finding.instrument,
-                    finding.evidence,
-                    said.chain(speed).collect::<String>()
-                ));
-            }),
-            Some(Err(error)) => document.item(error.to_string()),
+            Some(ProbeReport::Answered { instruments, .. }) => {
+                for finding in instruments {
+                    let said = finding.identity.iter();
+                    let said = said.map(|said| format!(", identifies itself as {said}"));
+                    let speed = finding.other_baud.iter();
+                    let speed = speed.map(|baud| format!(", at {baud} bit/s"));
+                    document.item(format!(
+                        "{} points: {}: {}{}",
+                        finding.points,
+                        finding.instrument,
+                        finding.evidence,
+                        said.chain(speed).collect::<String>()
+                    ));
+                }
+            }
+            Some(ProbeReport::Failed { problem }) => document.item(problem),
             None => {}
         }
     }
@@ -398,9 +391,13 @@ mod tests {
         let bound = |port: &PortInfo| bound_to(port, &ports, &bindings);
         assert_eq!(bound(&ports[0])[0].instrument, "mark10-series5");
         assert!(bound(&ports[1]).is_empty());
-        let found = ports.clone().map(|port| (port, None));
+        let report = PortReport {
+            bound: bound(&ports[0]),
+            port: ports[0].clone(),
+            probe: None,
+        };
         assert!(
-            document(&found, bound)
+            document(&[report])
                 .text()
                 .contains("bound as the force gauge: mark10-series5")
         );

@@ -12,9 +12,9 @@ use crate::instrument::{GaugeEvent, LinkState, Sample};
 use crate::report::{ReadReport, TimedPacket, TimedValue};
 
 use super::open::{Gauge, PortArgs};
-use crate::cli::args::{Global, seconds};
-use crate::cli::failure::Failure;
-use crate::cli::outcome::{Outcome, print, print_error};
+use crate::cli::args::seconds;
+use crate::cli::outcome::{print, print_error};
+use crate::cli::{Failure, Global, Outcome};
 
 /// Arguments of `gauge read`.
 #[derive(Debug, Args)]

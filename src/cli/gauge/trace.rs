@@ -24,9 +24,9 @@ use crate::report::{
 use super::descriptions::{ProtocolsArgs, find_description};
 use super::open::{Gauge, PortArgs};
 use super::read::line;
-use crate::cli::args::{Global, seconds};
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::outcome::{Outcome, print, print_error};
+use crate::cli::args::seconds;
+use crate::cli::outcome::{print, print_error};
+use crate::cli::{CliError, Failure, Global, Outcome};
 use crate::count::counted;
 
 /// Arguments of `gauge record`.

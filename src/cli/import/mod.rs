@@ -7,8 +7,8 @@ use std::io::{BufRead, IsTerminal};
 use std::path::Path;
 
 use crate::analysis::{
-    Data, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash,
-    read_bytes, robot_source, sha256, shown,
+    ArgumentError, Data, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness,
+    is_dash, read_bytes, robot_source, sha256, shown,
 };
 use crate::import::{
     ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, MissingPart,
@@ -22,12 +22,11 @@ use crate::robot::Robot;
 use crate::source_text::SourceText;
 use crate::stiffness::{Branches, GaugePair, StiffnessOptions, stiffness_table};
 
-use super::args::Global;
-use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::outcome::{Outcome, print_error};
+use super::outcome::print_error;
 use super::session::instrument_records;
 use super::simulate::create_new;
+use super::{CliError, Failure, Global, Outcome};
 
 use joints::take_variables;
 
@@ -54,10 +53,8 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let draft = draft_of(args, global, files, parsed.as_ref(), &mut of_lines)?;
     let columns = draft.columns();
     let imported = draft.finish(&args.command())?;
-    let of_poses = robot
-        .as_ref()
-        .map(|robot| check_poses(robot, &imported))
-        .transpose()?;
+    let of_poses = parsed.map(|robot| check_poses(robot, &imported));
+    let of_poses = of_poses.transpose()?;
     let record = import_record(&sources);
     let mut readings = Vec::new();
     write_readings(&imported.table, &mut readings)?;
@@ -252,13 +249,16 @@ fn file_name(path: &Path) -> String {
 }
 
 /// Refuses joint values that the robot cannot have, and poses that it has with others; returns what a user should know of them.
-fn check_poses(robot: &SourceText, imported: &ImportedReadings) -> Result<Vec<String>, Failure> {
+fn check_poses(
+    mut robot: Robot,
+    imported: &ImportedReadings,
+) -> Result<Vec<String>, ArgumentError> {
     let stated = Procedure {
         name: "of the import".to_owned(),
         joint_values: imported.poses.clone(),
         ..Procedure::default()
     };
-    Ok(add_poses(&mut Robot::parse(robot)?, &stated)?)
+    add_poses(&mut robot, &stated)
 }
 
 /// Asks at a terminal for what is missing; elsewhere the import then fails with all of it.

@@ -48,113 +48,108 @@ pub(super) struct MechanismJob {
     pub(super) effects: Vec<String>,
 }
 
-impl MapJob {
+/// The plane of coordinates; of reach and height without them.
+pub(super) fn plane_of(axes: Option<[PlaneAxis; 2]>, robot: &Robot) -> MapPlane {
+    let upright = MapPlane::upright(robot.vertical);
+    axes.map_or(upright, |axes| MapPlane::new(axes, robot.vertical))
+}
+
+/// A study with what its record stands for.
+pub(super) struct MapStudy {
+    pub(super) job: MapJob,
+    pub(super) robot: Robot,
+    /// The physics of each mechanism.
+    pub(super) physics: Vec<ActingPhysics>,
+}
+
+impl MapStudy {
+    /// Reads robot and effects of the record.
+    pub(super) fn new(job: MapJob) -> Result<Self, Failure> {
+        let source = SourceText::new(job.robot_file.clone(), job.robot_text.clone());
+        let robot = Robot::parse(&source)?;
+        let of = |job: &MechanismJob| -> Result<ActingPhysics, Failure> {
+            let effects: Result<Vec<Effect>, _> =
+                job.effects.iter().map(|text| text.parse()).collect();
+            let mechanism = robot.mechanism(Some(&job.name))?;
+            Ok(ActingPhysics::new(&robot, mechanism, effects?)?)
+        };
+        Ok(Self {
+            physics: job.mechanisms.iter().map(of).collect::<Result<_, _>>()?,
+            robot,
+            job,
+        })
+    }
+
     /// What results are made of.
-    pub(super) fn inputs(&self, robot: &Robot) -> Inputs {
+    pub(super) fn inputs(&self) -> Inputs {
         let model = Inputs::default()
-            .with_robot(robot, &self.robot_text)
-            .with_factors(&self.factors_name, &self.factors);
-        let mechanisms = self.mechanisms.iter();
+            .with_robot(&self.robot, &self.job.robot_text)
+            .with_factors(&self.job.factors_name, &self.job.factors);
+        let mechanisms = self.job.mechanisms.iter();
         mechanisms.fold(model, |inputs, mechanism| {
             inputs.with_mechanism(&mechanism.name)
         })
     }
 
-    /// The robot.
-    pub(super) fn robot(&self) -> Result<Robot, Failure> {
-        Ok(Robot::parse(&SourceText::new(
-            self.robot_file.clone(),
-            self.robot_text.clone(),
-        ))?)
-    }
-
-    /// The plane over which the map is shown.
-    pub(super) fn plane(&self, robot: &Robot) -> MapPlane {
-        let upright = MapPlane::upright(robot.vertical);
-        self.plane
-            .map_or(upright, |axes| MapPlane::new(axes, robot.vertical))
-    }
-
     /// The poses of a share.
-    pub(super) fn pose_set(&self, robot: &Robot, shard: Shard) -> Result<PoseSample, Failure> {
+    pub(super) fn pose_set(&self, shard: Shard) -> Result<PoseSample, Failure> {
         let plan = PosePlan {
-            sampling: self.sampling,
-            poses: self.poses,
-            seed: self.seed,
-            held: self.held.clone(),
+            sampling: self.job.sampling,
+            poses: self.job.poses,
+            seed: self.job.seed,
+            held: self.job.held.clone(),
         };
-        Ok(PoseSample::draw(robot, &plan, shard)?)
+        Ok(PoseSample::draw(&self.robot, &plan, shard)?)
     }
 
-    /// The physics of each mechanism.
-    pub(super) fn physics(&self, robot: &Robot) -> Result<Vec<ActingPhysics>, Failure> {
-        let of = |job: &MechanismJob| -> Result<ActingPhysics, Failure> {
-            let effects: Result<Vec<Effect>, _> =
-                job.effects.iter().map(|text| text.parse()).collect();
-            let mechanism = robot.mechanism(Some(&job.name))?;
-            Ok(ActingPhysics::new(robot, mechanism, effects?)?)
-        };
-        self.mechanisms.iter().map(of).collect()
+    /// Poses over the plane in which the map is shown.
+    pub(super) fn shown(&self, poses: PoseSample) -> StudyPoses {
+        let plane = plane_of(self.job.plane, &self.robot);
+        StudyPoses::new(poses, self.job.sampling, plane)
     }
 
     /// A mechanism ready to be solved.
-    pub(super) fn model<'a>(
-        &self,
-        robot: &'a Robot,
-        physics: &'a ActingPhysics,
-    ) -> Result<MapModel<'a>, Failure> {
-        let model = MapModel::new(robot, physics, &self.factors, self.at_load_n)?;
-        model.check(&self.columns)?;
+    fn model<'a>(&'a self, physics: &'a ActingPhysics) -> Result<MapModel<'a>, Failure> {
+        let (factors, at_load_n) = (&self.job.factors, self.job.at_load_n);
+        let model = MapModel::new(&self.robot, physics, factors, at_load_n)?;
+        model.check(&self.job.columns)?;
         Ok(model)
     }
 
-    /// The maps of all mechanisms.
-    ///
-    /// # Arguments
-    /// - `mapped`: called after each mechanism.
-    pub(super) fn maps(
+    /// What `of` makes of each mechanism. All mechanisms are ready before the first: what cannot be done is said at once.
+    pub(super) fn of_each<T, E: Into<Failure>>(
         &self,
-        robot: &Robot,
-        physics: &[ActingPhysics],
-        poses: &PoseSample,
-        mapped: &dyn Fn(),
-    ) -> Result<Vec<StiffnessMap>, Failure> {
-        // All models before the first map: what cannot be done is said at once.
-        let models: Vec<MapModel<'_>> = physics
+        of: impl Fn(&MapModel<'_>) -> Result<T, E>,
+    ) -> Result<Vec<T>, Failure> {
+        let models = self.physics.iter().map(|physics| self.model(physics));
+        let models = models.collect::<Result<Vec<_>, _>>()?;
+        models
             .iter()
-            .map(|physics| self.model(robot, physics))
-            .collect::<Result<_, Failure>>()?;
-        let maps = models.iter().map(|model| {
-            let map = StiffnessMap::with_matrix(model, poses, &self.columns, self.matrix);
-            mapped();
-            map
-        });
-        Ok(maps.collect::<Result<_, _>>()?)
+            .map(|model| of(model).map_err(Into::into))
+            .collect()
     }
 
     /// All that is said of the maps.
     pub(super) fn report<'a>(
-        &self,
-        robot: &'a Robot,
-        physics: &'a [ActingPhysics],
+        &'a self,
         poses: &'a StudyPoses,
         maps: Vec<StiffnessMap>,
     ) -> Result<MapReport<'a>, Failure> {
         let mut mechanisms = Vec::new();
-        for ((physics, job), map) in physics.iter().zip(&self.mechanisms).zip(maps) {
-            let model = self.model(robot, physics)?;
-            let study = MechanismStudy::of(&model, map, poses, self.covariance.as_ref())?;
+        for (physics, map) in self.physics.iter().zip(maps) {
+            let model = self.model(physics)?;
+            let study = MechanismStudy::of(&model, map, poses, self.job.covariance.as_ref())?;
             let effects = physics.effects.iter().map(ToString::to_string).collect();
-            debug_assert_eq!(job.name, study.map.mechanism);
+            debug_assert_eq!(physics.mechanism.name, study.map.mechanism);
             mechanisms.push((effects, study));
         }
         Ok(MapReport {
-            robot,
-            factors_name: self.factors_name.clone(),
-            seed: self.seed,
+            robot: &self.robot,
+            factors_name: self.job.factors_name.clone(),
+            seed: self.job.seed,
             poses,
             mechanisms,
-            at_load_n: self.at_load_n,
+            at_load_n: self.job.at_load_n,
             cell: None,
         })
     }

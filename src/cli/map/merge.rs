@@ -4,13 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::analysis::{ArgumentError, ReadError};
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Outcome};
 use crate::distribution::{PoseSample, Shard, StiffnessMap, row_width};
 
 use super::args::MergeArgs;
 use super::finish;
-use super::job::MapJob;
+use super::job::{MapJob, MapStudy};
 use super::shard::{ShardError, ShardFile, read};
 
 /// Joins shards to the whole study.
@@ -39,14 +38,13 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
             .into());
         }
     }
-    let job = &first.job;
-    let robot = job.robot()?;
-    let poses = job.pose_set(&robot, Shard::WHOLE)?;
-    let maps = (0..job.mechanisms.len())
-        .map(|mechanism| join(job, &poses, &shards, mechanism))
+    let study = MapStudy::new(first.job.clone())?;
+    let poses = study.pose_set(Shard::WHOLE)?;
+    let maps = (0..study.job.mechanisms.len())
+        .map(|mechanism| join(&study.job, &poses, &shards, mechanism))
         .collect::<Result<_, ShardError>>()?;
     let files = (args.out.as_deref(), &args.wanted_figures());
-    finish(job, (&robot, poses), maps, files, Vec::new())
+    finish(&study, poses, maps, files, Vec::new())
 }
 
 /// A shard file, or those in a folder in the order of their names.
@@ -66,10 +64,9 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// What two studies do not have in common, in words.
 fn differences(one: &MapJob, other: &MapJob) -> Vec<&'static str> {
-    let robots = |job: &MapJob| job.robot_text.clone();
     let pairs = [
         ("the versions of the program", one.version == other.version),
-        ("the robots", robots(one) == robots(other)),
+        ("the robots", one.robot_text == other.robot_text),
         (
             "the factors",
             one.factors == other.factors && one.factors_name == other.factors_name,

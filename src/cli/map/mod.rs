@@ -13,22 +13,18 @@ use std::path::Path;
 
 use stiffbench_document::Document;
 
-use crate::distribution::{PoseSample, Shard, StiffnessMap, StudyPoses};
-use crate::physics::ActingPhysics;
-use crate::robot::Robot;
+use crate::distribution::{PoseSample, Shard, StiffnessMap};
 
-use super::args::Global;
-use super::failure::Failure;
-use super::outcome::Outcome;
 use super::progress::progress;
+use super::{Failure, Global, Outcome};
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
-pub(super) use fit_file::{FitFile, read_fit};
+pub(super) use fit_file::read_fit;
 
 use args::MapCommand;
 use files::{WantedFigures, draw, write_all};
-use job::MapJob;
+use job::MapStudy;
 use prepare::prepare;
 
 /// Stiffness over the workspace, whole or a share of it, or shares joined.
@@ -42,62 +38,41 @@ pub(super) fn run(args: &MapArgs, global: &Global) -> Result<Outcome, Failure> {
         let others = job.mechanisms.len().saturating_sub(1);
         job.mechanisms.drain(..others);
     }
-    match (args.shard, &args.out) {
-        _ if args.asked.is_any() => {
-            let files = (args.out.as_deref(), args.wanted_figures());
-            questions::run(&job, &args.asked, files, warnings)
-        }
-        (Some(share), Some(folder)) => {
-            Ok(one_shard(&job, share, folder, global)?.with_warnings(warnings))
-        }
-        _ => {
-            let files = (args.out.as_deref(), &args.wanted_figures());
-            whole(&job, files, warnings, global)
-        }
+    let study = MapStudy::new(job)?;
+    let files = (args.out.as_deref(), &args.wanted_figures());
+    let poses = study.pose_set(args.shard.unwrap_or(Shard::WHOLE))?;
+    if args.asked.is_any() {
+        return questions::run(&study, poses, &args.asked, files, warnings);
     }
-}
-
-/// The whole study.
-fn whole(
-    job: &MapJob,
-    files: (Option<&Path>, &WantedFigures),
-    warnings: Vec<String>,
-    global: &Global,
-) -> Result<Outcome, Failure> {
-    let robot = job.robot()?;
-    let physics = job.physics(&robot)?;
-    let poses = job.pose_set(&robot, Shard::WHOLE)?;
-    let maps = maps_of(job, &robot, (&physics, &poses), global)?;
-    finish(job, (&robot, poses), maps, files, warnings)
-}
-
-/// The maps of all mechanisms, with progress.
-fn maps_of(
-    job: &MapJob,
-    robot: &Robot,
-    (physics, poses): (&[ActingPhysics], &PoseSample),
-    global: &Global,
-) -> Result<Vec<StiffnessMap>, Failure> {
-    let bar = progress(global, "maps of mechanisms", physics.len() as u64);
-    let maps = job.maps(robot, physics, poses, &|| bar.inc(1));
+    let bar = progress(global, "maps of mechanisms", study.physics.len() as u64);
+    let maps = study.of_each(|model| {
+        let (columns, matrix) = (&study.job.columns, study.job.matrix);
+        let map = StiffnessMap::with_matrix(model, &poses, columns, matrix);
+        bar.inc(1);
+        map
+    });
     bar.finish_and_clear();
-    maps
+    match (args.shard, &args.out) {
+        (Some(share), Some(folder)) => {
+            Ok(one_shard(&study, (share, &poses), &maps?, folder)?.with_warnings(warnings))
+        }
+        _ => finish(&study, poses, maps?, files, warnings),
+    }
 }
 
 /// All that is said and written of maps, however they came about.
 fn finish(
-    job: &MapJob,
-    (robot, poses): (&Robot, PoseSample),
+    study: &MapStudy,
+    poses: PoseSample,
     maps: Vec<StiffnessMap>,
     (out, figures): (Option<&Path>, &WantedFigures),
     warnings: Vec<String>,
 ) -> Result<Outcome, Failure> {
-    let physics = job.physics(robot)?;
-    let poses = StudyPoses::new(poses, job.sampling, job.plane(robot));
-    let mut report = job.report(robot, &physics, &poses, maps)?;
+    let poses = study.shown(poses);
+    let mut report = study.report(&poses, maps)?;
     report.cell = figures.cell;
     let outcome = Outcome::new("map", report.document(), report.summary())
-        .with_inputs(job.inputs(robot))
+        .with_inputs(study.inputs())
         .with_warnings(warnings);
     let mut written = draw(&report, figures, &outcome.inputs)?;
     if let Some(folder) = out {
@@ -108,17 +83,13 @@ fn finish(
 
 /// A share, to a file.
 fn one_shard(
-    job: &MapJob,
-    share: Shard,
+    study: &MapStudy,
+    (share, poses): (Shard, &PoseSample),
+    maps: &[StiffnessMap],
     folder: &Path,
-    global: &Global,
 ) -> Result<Outcome, Failure> {
-    let robot = job.robot()?;
-    let physics = job.physics(&robot)?;
-    let poses = job.pose_set(&robot, share)?;
-    let maps = maps_of(job, &robot, (&physics, &poses), global)?;
     let path = folder.join(format!("{}-of-{}.map-shard", share.index + 1, share.count));
-    shard::write(&path, job, &poses, &maps)?;
+    shard::write(&path, &study.job, poses, maps)?;
     let mut document = Document::new();
     document.lines(format!(
         "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench robot map merge {}/*.map-shard --out FOLDER",
@@ -134,5 +105,5 @@ fn one_shard(
         poses: poses.len(),
         of: poses.whole,
     };
-    Ok(Outcome::new("map-shard", document, report).with_inputs(job.inputs(&robot)))
+    Ok(Outcome::new("map-shard", document, report).with_inputs(study.inputs()))
 }

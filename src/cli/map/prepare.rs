@@ -5,11 +5,11 @@ use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::distribution::{MapColumn, MapPlane, PlaneAxis, variables_beside_the_plane};
 use crate::physics::{ActingPhysics, Effect, EffectError};
-use crate::robot::{Mechanism, Pose, Robot};
+use crate::robot::{Pose, Robot};
 
 use super::args::StudyArgs;
 use super::fit_file::{FitFile, read_fit};
-use super::job::{MapJob, MechanismJob, SCHEMA};
+use super::job::{MapJob, MechanismJob, SCHEMA, plane_of};
 
 /// The study that the arguments ask for, and what a user should know of it.
 pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure> {
@@ -21,36 +21,33 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         model: args.model.clone(),
         ..ModelArgs::default()
     };
-    let (resolved, mut effects) = resolve_without_effects(&bare, &args.effects)?;
+    let resolved = bare.resolve()?;
+    let mut effects = resolved.physics.effects.clone();
+    for text in &args.effects {
+        effects.push(text.parse()?);
+    }
     let mut warnings = resolved.warnings.clone();
     let robot = &resolved.robot;
     let names = mechanisms(args, robot, &resolved)?;
-    let FitFile {
-        factors_name,
-        factors,
-        covariance,
-        notes,
-        warnings: of_fit,
-        ..
-    } = fit.unwrap_or_else(|| FitFile {
+    let fit = fit.unwrap_or_else(|| FitFile {
         factors_name: resolved.factors_name.clone(),
         factors: resolved.factors.clone(),
         ..FitFile::default()
     });
-    warnings.extend(of_fit);
-    warnings.extend(notes);
-    robot.check_parameters(&factors)?;
+    warnings.extend(fit.warnings);
+    warnings.extend(fit.notes);
+    robot.check_parameters(&fit.factors)?;
     // A sweep takes springs as it takes every other physics beside the beams.
-    effects.extend(Effect::of_springs(&factors));
+    effects.extend(Effect::of_springs(&fit.factors));
     for name in &names {
         let mechanism = robot.mechanism(Some(name))?;
-        let unknown = UnknownSprings::new(robot, mechanism, &factors, &effects);
+        let unknown = UnknownSprings::new(robot, mechanism, &fit.factors, &effects);
         for pose in poses_of(robot) {
             unknown.refuse(&pose)?;
         }
         warnings.extend(unknown.words());
     }
-    let factors = factors.without_springs();
+    let factors = fit.factors.without_springs();
     let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
     let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
     let plane = plane(args, robot);
@@ -61,9 +58,9 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         version: env!("CARGO_PKG_VERSION").to_owned(),
         robot_file: resolved.source.name.clone(),
         robot_text: resolved.source.text.clone(),
-        factors_name,
+        factors_name: fit.factors_name,
         factors,
-        covariance,
+        covariance: fit.covariance,
         at_load_n: args.at_load,
         mechanisms,
         sampling: args.sampling,
@@ -106,19 +103,6 @@ fn notes_on_laws(args: &StudyArgs, job: &MapJob, linear: bool) -> Vec<String> {
     ];
     let notes = notes.into_iter().filter(|(applies, _)| *applies);
     notes.map(|(_, note)| note.to_owned()).collect()
-}
-
-/// Robot, factors and effects; of the effects those of a model first.
-fn resolve_without_effects(
-    bare: &ModelArgs,
-    added: &[String],
-) -> Result<(ResolvedModel, Vec<Effect>), Failure> {
-    let resolved = bare.resolve()?;
-    let mut effects = resolved.physics.effects.clone();
-    for text in added {
-        effects.push(text.parse()?);
-    }
-    Ok((resolved, effects))
 }
 
 /// The mechanisms to study, each once.
@@ -172,8 +156,9 @@ fn with_effects(
         let mut absent = None;
         let mut lacking = Vec::new();
         for job in &mut jobs {
-            match in_mechanism(robot, robot.mechanism(Some(&job.name))?, effect) {
-                Ok(()) => job.effects.push(effect.compact()),
+            let mechanism = robot.mechanism(Some(&job.name))?;
+            match ActingPhysics::new(robot, mechanism, vec![effect.clone()]) {
+                Ok(_) => job.effects.push(effect.compact()),
                 Err(error @ EffectError::Unknown { .. }) => {
                     lacking.push(job.name.clone());
                     absent = Some(error);
@@ -194,10 +179,6 @@ fn with_effects(
     Ok(jobs)
 }
 
-fn in_mechanism(robot: &Robot, mechanism: &Mechanism, effect: &Effect) -> Result<(), EffectError> {
-    ActingPhysics::new(robot, mechanism, vec![effect.clone()]).map(|_| ())
-}
-
 /// The coordinates of the plane; `None` for reach and height, however they were named.
 fn plane(args: &StudyArgs, robot: &Robot) -> Option<[PlaneAxis; 2]> {
     let plane = MapPlane::new(args.plane?.0, robot.vertical);
@@ -211,13 +192,8 @@ fn held_variables(
     plane: Option<[PlaneAxis; 2]>,
 ) -> Result<Vec<String>, Failure> {
     let Some(vary) = &args.vary else {
-        let upright = MapPlane::upright(robot.vertical);
-        let plane = plane.map_or(upright, |axes| MapPlane::new(axes, robot.vertical));
-        return Ok(variables_beside_the_plane(
-            robot,
-            robot.mechanism(None)?,
-            &plane,
-        )?);
+        let (mechanism, plane) = (robot.mechanism(None)?, plane_of(plane, robot));
+        return Ok(variables_beside_the_plane(robot, mechanism, &plane)?);
     };
     for name in vary {
         robot.variable(name)?;

@@ -5,71 +5,52 @@ use std::path::Path;
 use stiffbench_document::Document;
 
 use crate::analysis::ArgumentError;
-use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write_figures, write_result};
-use crate::cli::outcome::Outcome;
-use crate::distribution::{
-    PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
-};
-use crate::physics::ActingPhysics;
+use crate::cli::{Failure, Outcome};
+use crate::distribution::{PoseSample, ShiftMap, StiffnessMap, design_sensitivity};
 use crate::plot::Figure;
 use crate::report::{
-    MapAnswers, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
+    MapAnswers, MapReport, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
     sensitivity_document,
 };
-use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
+use crate::robot::{JointModel, Masses, MechanismModel, Theory};
 
 use super::args::Asked;
 use super::files::{FILES, WantedFigures};
-use super::job::MapJob;
+use super::job::MapStudy;
 
 const MM: f64 = 1e-3;
 
 /// Answers, one after the other.
 pub(super) fn run(
-    job: &MapJob,
+    study: &MapStudy,
+    poses: PoseSample,
     asked: &Asked,
-    (out, wanted): (Option<&Path>, WantedFigures),
+    (out, wanted): (Option<&Path>, &WantedFigures),
     warnings: Vec<String>,
 ) -> Result<Outcome, Failure> {
-    let robot = job.robot()?;
-    let physics = job.physics(&robot)?;
-    let poses = job.pose_set(&robot, Shard::WHOLE)?;
-    let poses = StudyPoses::new(poses, job.sampling, job.plane(&robot));
-    let mut about = job.report(&robot, &physics, &poses, Vec::new())?;
+    let poses = study.shown(poses);
+    let mut about = study.report(&poses, Vec::new())?;
     about.cell = wanted.cell;
     let mut answer = QuestionResult::default();
     if let Some(load) = asked.load {
-        let maps = maps(job, &robot, &physics, |model| {
-            ShiftMap::under_load(model, &poses.set, load.0)
-        })?;
+        let maps = study.of_each(|model| ShiftMap::under_load(model, &poses.set, load.0))?;
         let cause = ShiftCause::Load {
             load: load.0,
             limit_m: asked.limit.map(|limit| limit * MM),
         };
-        answer.data.load = Some(answer.take(&ShiftReport {
-            about: &about,
-            cause,
-            maps,
-        }));
+        answer.data.load = Some(answer.take(&about, cause, maps));
     }
     if asked.sag {
-        let masses = masses(job, &robot, &physics, &poses.set)?;
-        let maps = maps(job, &robot, &physics, |model| {
-            ShiftMap::under_weight(model, &poses.set)
-        })?;
-        let cause = ShiftCause::Weight(masses);
-        answer.data.sag = Some(answer.take(&ShiftReport {
-            about: &about,
-            cause,
-            maps,
-        }));
+        let cause = ShiftCause::Weight(masses(study, &poses.set)?);
+        let maps = study.of_each(|model| ShiftMap::under_weight(model, &poses.set))?;
+        answer.data.sag = Some(answer.take(&about, cause, maps));
     }
     if asked.sensitivity {
-        design(job, (&robot, &physics), &poses.set, &mut answer)?;
+        design(study, &poses.set, &mut answer)?;
     }
     let outcome = Outcome::new("map", answer.document, answer.data)
-        .with_inputs(job.inputs(&robot))
+        .with_inputs(study.inputs())
         .with_warnings(warnings);
     let mut written = Vec::new();
     if let Some(folder) = &wanted.folder {
@@ -90,39 +71,28 @@ struct QuestionResult {
 }
 
 impl QuestionResult {
-    fn take(&mut self, report: &ShiftReport<'_>) -> ShiftSummary {
+    fn take(
+        &mut self,
+        about: &MapReport<'_>,
+        cause: ShiftCause,
+        maps: Vec<ShiftMap>,
+    ) -> ShiftSummary {
+        let report = ShiftReport { about, cause, maps };
         self.document.append(report.document());
         self.figures.extend(report.figures());
         report.summary()
     }
 }
 
-/// A map of each mechanism.
-fn maps<T, E: Into<Failure>>(
-    job: &MapJob,
-    robot: &Robot,
-    physics: &[ActingPhysics],
-    of: impl Fn(&crate::distribution::MapModel<'_>) -> Result<T, E>,
-) -> Result<Vec<T>, Failure> {
-    let of_one = |physics: &ActingPhysics| -> Result<T, Failure> {
-        of(&job.model(robot, physics)?).map_err(Into::into)
-    };
-    physics.iter().map(of_one).collect()
-}
-
 /// What is known of the masses of each mechanism, and their sum, kg.
-fn masses(
-    job: &MapJob,
-    robot: &Robot,
-    physics: &[ActingPhysics],
-    poses: &PoseSample,
-) -> Result<Vec<(Masses, f64)>, Failure> {
+fn masses(study: &MapStudy, poses: &PoseSample) -> Result<Vec<(Masses, f64)>, Failure> {
+    let (robot, factors) = (&study.robot, &study.job.factors);
     let mut found = Vec::new();
-    for physics in physics {
+    for physics in &study.physics {
         let mechanism = &physics.mechanism;
         let masses = Masses::of(robot, mechanism);
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
-        let mut model = MechanismModel::new(robot, mechanism, &joints, theory, &job.factors)?;
+        let mut model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
         model.place(&poses.pose(0))?;
         found.push((masses, model.mass_kg()));
     }
@@ -141,21 +111,21 @@ fn masses(
 
 /// Sensitivities along every axis that is mapped.
 fn design(
-    job: &MapJob,
-    (robot, physics): (&Robot, &[ActingPhysics]),
+    study: &MapStudy,
     poses: &PoseSample,
     answer: &mut QuestionResult,
 ) -> Result<(), Failure> {
+    let of_axes = study.of_each(|model| -> Result<_, Failure> {
+        let map = StiffnessMap::over(model, poses, &study.job.columns)?;
+        let along = |axis| design_sensitivity(model, &map, poses, axis);
+        Ok([along(0)?, along(1)?, along(2)?])
+    })?;
     let mut sensitivities = Vec::new();
-    for physics in physics {
-        let model = job.model(robot, physics)?;
-        let name = &model.mechanism().name;
-        let map = StiffnessMap::over(&model, poses, &job.columns)?;
-        for axis in 0..3 {
-            if let Some(found) = design_sensitivity(&model, &map, poses, axis)? {
-                answer.document.append(sensitivity_document(name, &found));
-                sensitivities.push(SensitivityReport::new(name, &found));
-            }
+    for (physics, of_axes) in study.physics.iter().zip(of_axes) {
+        let name = &physics.mechanism.name;
+        for found in of_axes.into_iter().flatten() {
+            answer.document.append(sensitivity_document(name, &found));
+            sensitivities.push(SensitivityReport::new(name, &found));
         }
     }
     if sensitivities.is_empty() {

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use stiffbench_document::Document;
 
 use crate::analysis::{AnalysisError, ArgumentError, is_dash};
-use crate::cli::args::Global;
 use crate::cli::data_args::DataArgs;
 use crate::cli::export::check_free;
-use crate::cli::failure::Failure;
 use crate::cli::figure_files::{check_new, write};
-use crate::cli::outcome::{Outcome, shell_word};
+use crate::cli::outcome::shell_word;
+use crate::cli::{Failure, Global, Outcome};
 use crate::report::page::{
     PageFormat, PageSession, PageSettings, PageSource, ReportPage, comparison_page, session_page,
 };

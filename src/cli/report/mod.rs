@@ -14,12 +14,10 @@ use crate::report::page::{
 };
 use crate::source_text::SourceText;
 
-use super::args::Global;
 use super::data_args::DataArgs;
-use super::failure::{CliError, Failure};
 use super::figure_files;
 use super::global::today;
-use super::outcome::Outcome;
+use super::{CliError, Failure, Global, Outcome};
 use args::ReportCommand;
 
 pub(super) use args::{PageArgs, ReportArgs};

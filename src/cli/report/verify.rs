@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::analysis::{ArgumentError, read_text};
-use crate::cli::args::{Global, ModelArgs};
+use crate::cli::args::ModelArgs;
 use crate::cli::compare::compared;
 use crate::cli::data_args::DataArgs;
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Global, Outcome};
 use crate::report::page::{
     PageFormat, PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page,
     read_page, session_page,

@@ -21,20 +21,15 @@ impl Glyphs {
 
     /// The character of a cell of the bar: distinguished without colour too.
     pub(super) fn cell(self, cell: BarCell) -> char {
-        match (self.unicode, cell) {
-            (true, BarCell::Empty) => '·',
-            (true, BarCell::Load) => '█',
-            (true, BarCell::TooMuch) => '▓',
-            (true, BarCell::Band) => '░',
-            (true, BarCell::BandReached) => '▒',
-            (true, BarCell::Zero) => '┃',
-            (false, BarCell::Empty) => '.',
-            (false, BarCell::Load) => '=',
-            (false, BarCell::TooMuch) => '!',
-            (false, BarCell::Band) => 'o',
-            (false, BarCell::BandReached) => '#',
-            (false, BarCell::Zero) => '|',
-        }
+        let (unicode, plain) = match cell {
+            BarCell::Empty => ('·', '.'),
+            BarCell::Load => ('█', '='),
+            BarCell::TooMuch => ('▓', '!'),
+            BarCell::Band => ('░', 'o'),
+            BarCell::BandReached => ('▒', '#'),
+            BarCell::Zero => ('┃', '|'),
+        };
+        if self.unicode { unicode } else { plain }
     }
 
     pub(super) fn ink(self) -> char {

@@ -8,10 +8,12 @@ use crate::cli::args::ModelArgs;
 use crate::cli::gauge::ProtocolsArgs;
 use crate::cli::gauge::open::BINDINGS_FILE;
 use crate::cli::gauge::trace::{Speed, pace};
+use crate::cli::numbers::number_that;
 use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::pose_args::PoseRulesArgs;
 use crate::cli::procedure::{AxesArgs, ProcedureArgs};
 use crate::instrument::Channel;
+use crate::instrument::port::Binding;
 use crate::test_point::Direction;
 
 /// Arguments of `session`.
@@ -46,28 +48,6 @@ pub(super) enum SessionCommand {
     Undo(FolderArgs),
     /// Replay the traces of a session through decoder and session logic, into a new folder, and compare the readings
     Replay(SessionReplayArgs),
-}
-
-impl SessionCommand {
-    /// With what is stated of gauges by key under the options that scripts have for each.
-    pub(super) fn with_gauges_by_option(self) -> Self {
-        match self {
-            Self::Run(args) => Self::Run(Box::new(args.with_gauges_by_option())),
-            Self::Resume(mut args) => {
-                args.bench = args.bench.by_option();
-                Self::Resume(args)
-            }
-            other => other,
-        }
-    }
-}
-
-impl RunArgs {
-    /// With what is stated of gauges by key under the options that scripts have for each.
-    pub(super) fn with_gauges_by_option(mut self) -> Self {
-        self.bench = self.bench.by_option();
-        self
-    }
 }
 
 /// A session folder.
@@ -199,28 +179,28 @@ pub(super) struct ResumeArgs {
 pub(super) struct BenchArgs {
     /// Force gauge: instrument=NAME|FILE, its description; port=PORT; unit=UNIT set at it, if it does not send its unit [default: that of the bindings file]
     #[arg(long, value_name = "KEY=VALUE,...", value_delimiter = ',', value_parser = gauge_key)]
-    pub(super) force: Vec<GaugeKey>,
+    force: Vec<GaugeKey>,
     /// Displacement gauge, with the same keys; of several gauges a value is that of all, or x=VALUE that of one: port=x=PORT
     #[arg(long, value_name = "KEY=VALUE,...", value_delimiter = ',', value_parser = gauge_key)]
-    pub(super) displacement: Vec<GaugeKey>,
+    displacement: Vec<GaugeKey>,
     /// Description of the force gauge
     #[arg(long, hide = true)]
-    pub(super) force_instrument: Option<String>,
+    force_instrument: Option<String>,
     /// Port of the force gauge
     #[arg(long, hide = true)]
-    pub(super) force_port: Option<String>,
+    force_port: Option<String>,
     /// Unit set at the force gauge
     #[arg(long, hide = true)]
-    pub(super) force_unit: Option<String>,
+    force_unit: Option<String>,
     /// Description of the displacement gauge
     #[arg(long, hide = true)]
-    pub(super) displacement_instrument: Vec<String>,
+    displacement_instrument: Vec<String>,
     /// Port of the displacement gauge
     #[arg(long, hide = true)]
-    pub(super) displacement_port: Vec<String>,
+    displacement_port: Vec<String>,
     /// Unit set at the displacement gauge
     #[arg(long, hide = true)]
-    pub(super) displacement_unit: Vec<String>,
+    displacement_unit: Vec<String>,
     /// Bindings file: which gauge is on which adapter, as stiffbench gauge bind writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
@@ -230,18 +210,13 @@ pub(super) struct BenchArgs {
     /// Use an unverified description
     #[arg(long)]
     pub(super) allow_unverified: bool,
-    /// Measure an emulated bench: emulated gauges behind real ports, a virtual robot and a simulated operator
-    #[cfg(unix)]
-    #[arg(long)]
-    pub(super) emulated: bool,
-    /// Speed relative to the real clock, with --emulated
-    #[cfg(unix)]
-    #[arg(long, default_value_t = 1.0, requires = "emulated", value_parser = speed)]
-    pub(super) speed: f64,
-    /// Seed of the noise, with --emulated
-    #[cfg(unix)]
-    #[arg(long, default_value_t = 0, requires = "emulated")]
-    pub(super) seed: u64,
+    /// Which bench is emulated; other systems have no emulated ones.
+    #[cfg_attr(unix, command(flatten))]
+    #[cfg_attr(not(unix), arg(skip))]
+    pub(super) emulation: EmulationArgs,
+    /// The gauges of the emulated bench, in place of those that are stated.
+    #[arg(skip)]
+    pub(super) emulated_gauges: Vec<(Channel, StatedGauge)>,
     /// When a reading is taken
     #[arg(long, value_enum, default_value_t = CaptureWord::Settled, help_heading = "Guiding")]
     pub(super) capture: CaptureWord,
@@ -256,12 +231,26 @@ pub(super) struct BenchArgs {
     pub(super) line: bool,
 }
 
+/// A bench that is emulated.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct EmulationArgs {
+    /// Measure an emulated bench: emulated gauges behind real ports, a virtual robot and a simulated operator
+    #[arg(long)]
+    pub(super) emulated: bool,
+    /// Speed relative to the real clock, with --emulated
+    #[arg(long, default_value_t = 1.0, requires = "emulated", value_parser = speed)]
+    pub(super) speed: f64,
+    /// Seed of the noise, with --emulated
+    #[arg(long, default_value_t = 0, requires = "emulated")]
+    pub(super) seed: u64,
+}
+
 /// One statement of a gauge: which of instrument, port and unit, and its value.
-pub(super) type GaugeKey = (GaugeProperty, String);
+type GaugeKey = (GaugeProperty, String);
 
 /// What is stated of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum GaugeProperty {
+enum GaugeProperty {
     Instrument,
     Port,
     Unit,
@@ -278,54 +267,80 @@ fn gauge_key(text: &str) -> Result<GaugeKey, &'static str> {
     Ok((property, value.to_owned()))
 }
 
+/// A gauge as arguments state it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct StatedGauge {
+    pub(super) instrument: Option<String>,
+    pub(super) port: Option<String>,
+    pub(super) unit: Option<String>,
+}
+
+impl StatedGauge {
+    /// Instrument and unit of a binding where none are stated.
+    pub(super) fn beside(self, bound: Option<&Binding>) -> Self {
+        Self {
+            instrument: self
+                .instrument
+                .or(bound.map(|bound| bound.instrument.clone())),
+            unit: self.unit.or(bound.and_then(|bound| bound.unit.clone())),
+            ..self
+        }
+    }
+}
+
 impl BenchArgs {
-    /// With what is stated by key under the options that scripts have for each.
-    fn by_option(mut self) -> Self {
-        let args = &mut self;
-        for (property, value) in args.force.drain(..) {
-            *match property {
-                GaugeProperty::Instrument => &mut args.force_instrument,
-                GaugeProperty::Port => &mut args.force_port,
-                GaugeProperty::Unit => &mut args.force_unit,
-            } = Some(value);
-        }
-        for (property, value) in args.displacement.drain(..) {
-            match property {
-                GaugeProperty::Instrument => &mut args.displacement_instrument,
-                GaugeProperty::Port => &mut args.displacement_port,
-                GaugeProperty::Unit => &mut args.displacement_unit,
-            }
-            .push(value);
-        }
-        self
+    /// The values of a property, later ones count more: those of the options that scripts have for each, then those by key.
+    fn values(&self, of_force: bool, property: GaugeProperty) -> Vec<&str> {
+        use GaugeProperty::{Instrument, Port, Unit};
+        let (by_option, by_key) = match (of_force, property) {
+            (true, Instrument) => (self.force_instrument.as_slice(), &self.force),
+            (true, Port) => (self.force_port.as_slice(), &self.force),
+            (true, Unit) => (self.force_unit.as_slice(), &self.force),
+            (false, Instrument) => (&self.displacement_instrument[..], &self.displacement),
+            (false, Port) => (&self.displacement_port[..], &self.displacement),
+            (false, Unit) => (&self.displacement_unit[..], &self.displacement),
+        };
+        let by_key = by_key.iter().filter(|(of, _)| *of == property);
+        let all = by_option.iter().chain(by_key.map(|(_, value)| value));
+        all.map(String::as_str).collect()
     }
 
-    /// The instrument, port and unit that the arguments give for a gauge.
-    pub(super) fn of(&self, channel: Channel) -> [Option<String>; 3] {
-        if channel == Channel::Force {
-            let of_force = [&self.force_instrument, &self.force_port, &self.force_unit];
-            return of_force.map(Clone::clone);
+    /// What is stated of a gauge.
+    pub(super) fn of(&self, channel: Channel) -> StatedGauge {
+        let mut emulated = self.emulated_gauges.iter();
+        if let Some((_, own)) = emulated.find(|(of, _)| *of == channel) {
+            return own.clone();
         }
-        [
-            given(&self.displacement_instrument, channel, true),
-            // Each gauge has a port of its own.
-            given(&self.displacement_port, channel, channel.axis().is_none()),
-            given(&self.displacement_unit, channel, true),
-        ]
+        let of_force = channel == Channel::Force;
+        // Each gauge has a port of its own.
+        let stated = |property, of_all: bool| {
+            let values = self.values(of_force, property);
+            let value = if of_force {
+                values.last().copied()
+            } else {
+                given(&values, channel, of_all)
+            };
+            value.map(str::to_owned)
+        };
+        StatedGauge {
+            instrument: stated(GaugeProperty::Instrument, true),
+            port: stated(GaugeProperty::Port, channel.axis().is_none()),
+            unit: stated(GaugeProperty::Unit, true),
+        }
     }
 
-    /// The first value for a displacement gauge that is not in the plan, as it was given.
+    /// The first value for a displacement gauge that is not in the plan, as it was given; the gauges of an emulated bench are in it.
     pub(super) fn out_of_plan(&self, channels: &[Channel]) -> Option<&str> {
-        let all = [
-            &self.displacement_instrument,
-            &self.displacement_port,
-            &self.displacement_unit,
-        ];
-        let mut values = all.into_iter().flatten().map(String::as_str);
-        values.find(|value| {
+        use GaugeProperty::{Instrument, Port, Unit};
+        let all = [Instrument, Port, Unit].into_iter();
+        let mut values = all.flat_map(|property| self.values(false, property));
+        let is_out = |value: &&str| {
             let of = axis_of(value).map(|(axis, _)| Channel::along(axis));
             of.is_some_and(|of| !channels.contains(&of))
-        })
+        };
+        values
+            .find(is_out)
+            .filter(|_| self.emulated_gauges.is_empty())
     }
 }
 
@@ -339,25 +354,22 @@ fn axis_of(value: &str) -> Option<(Direction, &str)> {
 }
 
 /// The last value for a gauge: that of its axis, else one for all of them where that makes sense.
-fn given(values: &[String], channel: Channel, of_all: bool) -> Option<String> {
-    let own = values.iter().rev().find_map(|value| {
-        let (axis, value) = axis_of(value)?;
-        (channel.axis() == Some(axis)).then(|| value.to_owned())
-    });
-    let common = || {
-        let mut values = values.iter().rev();
-        values
-            .find(|value| of_all && axis_of(value).is_none())
-            .cloned()
+fn given<'a>(values: &[&'a str], channel: Channel, of_all: bool) -> Option<&'a str> {
+    let last = |axis: Option<Direction>| {
+        let mut values = values.iter().rev().map(|value| match axis_of(value) {
+            Some((axis, value)) => (Some(axis), value),
+            None => (None, *value),
+        });
+        values.find(|(of, _)| *of == axis).map(|(_, value)| value)
     };
-    own.or_else(common)
+    let own = channel.axis().and_then(|axis| last(Some(axis)));
+    own.or_else(|| last(None).filter(|_| of_all))
 }
 
 /// A speed that is one.
-#[cfg(unix)]
 fn speed(text: &str) -> Result<f64, String> {
     let holds = |speed| (1.0..=1000.0).contains(&speed);
-    crate::cli::numbers::number_that(text, holds, "a number from 1 to 1000 is expected")
+    number_that(text, holds, "a number from 1 to 1000 is expected")
 }
 
 /// When a reading is taken.

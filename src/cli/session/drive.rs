@@ -11,12 +11,11 @@ use crate::analysis::{
     ArgumentError, ResolvedModel, add_poses, check_specimen, header_sha256, sha256,
     state_joint_values, stated_scatter_m,
 };
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
 use crate::cli::global::today;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
+use crate::cli::{Failure, Global};
 use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::procedure::Procedure;
@@ -140,13 +139,9 @@ pub(super) fn run(
     } = checked(args, global)?;
     let clock = Clock::starting_at(0.0, speed(&args.bench));
     let mut bench = args.bench.clone();
-    let hand = emulate(&mut bench, &robot, &procedure, clock)?;
-    let (resolved, notes) = resolve_gauges(
-        &bench,
-        &plan.channels(),
-        &Instruments::default(),
-        &SessionState::default(),
-    )?;
+    let (begun_with, state) = (Instruments::default(), SessionState::default());
+    let hand = emulate(&mut bench, &robot, &procedure, &begun_with, clock)?;
+    let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &begun_with, &state)?;
     warnings.extend(notes);
     if global.no_input {
         check_present(&resolved)?;
@@ -178,7 +173,7 @@ pub(super) fn run(
     let ready = Ready {
         folder,
         journal,
-        state: SessionState::default(),
+        state,
         plan,
         instruments,
         first,

@@ -9,10 +9,10 @@ use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::physics::ActingPhysics;
 use crate::procedure::Procedure;
-use crate::readings::SessionHeader;
+use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, Operator, SessionPlan};
 
-use super::args::BenchArgs;
+use super::args::{BenchArgs, EmulationArgs, StatedGauge};
 use super::gauges::record_of;
 use super::prepare::robot_of;
 
@@ -28,20 +28,13 @@ pub(super) enum BenchOperator {}
 const GAUGES: [&str; 2] = ["mark10-series5", "mahr-dk-u1"];
 
 /// Session seconds in a real one.
-#[cfg(unix)]
 pub(super) fn speed(args: &BenchArgs) -> f64 {
-    args.speed.max(1.0)
-}
-
-/// Session seconds in a real one: one.
-#[cfg(not(unix))]
-pub(super) fn speed(_: &BenchArgs) -> f64 {
-    1.0
+    args.emulation.speed.max(1.0)
 }
 
 /// Refuses effects where the bench is a real one.
 pub(super) fn check_effects(args: &BenchArgs, resolved: &ResolvedModel) -> Result<(), Failure> {
-    if is_emulated(args) || resolved.physics.effects.is_empty() {
+    if args.emulation.emulated || resolved.physics.effects.is_empty() {
         return Ok(());
     }
     ArgumentError::refuse(
@@ -52,11 +45,15 @@ pub(super) fn check_effects(args: &BenchArgs, resolved: &ResolvedModel) -> Resul
 }
 
 /// Starts an emulated bench if one is asked for, and puts its ports in the place of real ones.
+///
+/// # Arguments
+/// - `begun_with`: the records that the session was begun with, for resuming.
 #[cfg(unix)]
 pub(super) fn emulate(
     args: &mut BenchArgs,
     resolved: &ResolvedModel,
     procedure: &Procedure,
+    begun_with: &Instruments,
     clock: Clock,
 ) -> Result<Option<BenchOperator>, Failure> {
     use crate::bench::EmulatedSetup;
@@ -65,14 +62,17 @@ pub(super) fn emulate(
     use crate::cli::rehearsal::unit_in_use;
     use crate::instrument::emulator::FaultScript;
 
-    if !args.emulated {
+    if !args.emulation.emulated {
         return Ok(None);
     }
     let channels = SessionPlan::new(procedure, &[]).channels();
     let instruments = channels.iter().map(|channel| {
         let usual = GAUGES[usize::from(channel.is_displacement())];
-        let [named, ..] = args.of(*channel);
-        (*channel, named.unwrap_or_else(|| usual.to_owned()))
+        let record = record_of(begun_with, *channel);
+        let before = record.and_then(InstrumentRecord::description_name);
+        let named = args.of(*channel).instrument;
+        let named = named.unwrap_or_else(|| before.unwrap_or(usual).to_owned());
+        (*channel, named)
     });
     let instruments: Vec<(Channel, String)> = instruments.collect();
     let hand = Emulation {
@@ -81,7 +81,7 @@ pub(super) fn emulate(
         gauges: instruments.clone(),
         protocols: &args.protocols,
         setup: EmulatedSetup {
-            seed: args.seed,
+            seed: args.emulation.seed,
             ..EmulatedSetup::default()
         },
         session: clock,
@@ -89,28 +89,14 @@ pub(super) fn emulate(
         links: None,
     }
     .start()?;
-    let mut values: [Vec<String>; 3] = Default::default();
     for (channel, name) in instruments {
-        let port = hand.port(channel).display().to_string();
-        let unit = unit_in_use(&find_description(&name, &args.protocols)?.description);
-        if channel == Channel::Force {
-            (args.force_instrument, args.force_port) = (Some(name), Some(port));
-            args.force_unit = unit;
-            continue;
-        }
-        let of_axis = |value: String| match channel.axis() {
-            Some(axis) => format!("{axis}={value}"),
-            None => value,
+        let stated = StatedGauge {
+            port: Some(hand.port(channel).display().to_string()),
+            unit: unit_in_use(&find_description(&name, &args.protocols)?.description),
+            instrument: Some(name),
         };
-        values[0].push(of_axis(name));
-        values[1].push(of_axis(port));
-        values[2].extend(unit.map(of_axis));
+        args.emulated_gauges.push((channel, stated));
     }
-    [
-        args.displacement_instrument,
-        args.displacement_port,
-        args.displacement_unit,
-    ] = values;
     // Nothing is measured, so nothing can be measured wrongly.
     args.allow_unverified = true;
     Ok(Some(hand))
@@ -122,6 +108,7 @@ pub(super) fn emulate(
     _args: &mut BenchArgs,
     _chosen: &ResolvedModel,
     _procedure: &Procedure,
+    _begun_with: &Instruments,
     _clock: Clock,
 ) -> Result<Option<BenchOperator>, Failure> {
     Ok(None)
@@ -135,28 +122,14 @@ pub(super) fn emulate_again(
     plan: &SessionPlan,
     clock: Clock,
 ) -> Result<Option<BenchOperator>, Failure> {
-    if !is_emulated(args) {
+    if !args.emulation.emulated {
         return Ok(None);
     }
-    for channel in plan.channels() {
-        let [named, ..] = args.of(channel);
-        let record = record_of(&header.instruments, channel);
-        let name = record.and_then(|record| record.description_name());
-        let (None, Some(model)) = (named, name.map(str::to_owned)) else {
-            continue;
-        };
-        match (channel, channel.axis()) {
-            (_, Some(axis)) => args.displacement_instrument.push(format!("{axis}={model}")),
-            (Channel::Force, _) => args.force_instrument = Some(model),
-            _ => args.displacement_instrument.push(model),
-        }
-    }
-    #[cfg(unix)]
     if let Some((seed, _)) = header.origin.as_deref().and_then(emulated_before) {
-        args.seed = seed;
+        args.emulation.seed = seed;
     }
     let model = robot_of(header, folder, plan)?;
-    emulate(args, &model, &plan.procedure, clock)
+    emulate(args, &model, &plan.procedure, &header.instruments, clock)
 }
 
 /// What the mark of emulated readings begins with, before the seed.
@@ -164,12 +137,9 @@ const EMULATED: &str = "emulated gauges; seed ";
 
 /// The mark of readings that nobody measures; `None` at a real bench.
 pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String> {
-    #[cfg(unix)]
-    let seed = args.seed;
-    #[cfg(not(unix))]
-    let seed = 0;
+    let EmulationArgs { emulated, seed, .. } = args.emulation;
     let effects = effects_text(physics);
-    is_emulated(args).then(|| format!("{EMULATED}{seed}; {effects}"))
+    emulated.then(|| format!("{EMULATED}{seed}; {effects}"))
 }
 
 /// Seed and effects of an emulated session, from its mark (see [`origin`]): it goes on with the same bench.
@@ -185,7 +155,7 @@ pub(super) fn refuse_mixture(
     args: &BenchArgs,
     header: &SessionHeader,
 ) -> Result<(), ArgumentError> {
-    let (problem, help) = match (is_emulated(args), &header.origin) {
+    let (problem, help) = match (args.emulation.emulated, &header.origin) {
         (true, None) => (
             "the readings of this session were measured; emulated ones would be mixed with them",
             "resume it without --emulated, at its bench",
@@ -197,16 +167,6 @@ pub(super) fn refuse_mixture(
         (true, Some(_)) | (false, None) => return Ok(()),
     };
     Err(ArgumentError::new("--emulated", problem, help))
-}
-
-#[cfg(unix)]
-fn is_emulated(args: &BenchArgs) -> bool {
-    args.emulated
-}
-
-#[cfg(not(unix))]
-fn is_emulated(_: &BenchArgs) -> bool {
-    false
 }
 
 /// What somebody at an emulated bench would answer who does what is asked for.

@@ -21,7 +21,7 @@ use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::{SessionState, Settings};
 
 use super::answering::{AnsweringGauge, who_answers};
-use super::args::BenchArgs;
+use super::args::{BenchArgs, StatedGauge};
 
 /// Which gauge is meant, and where it is.
 pub(super) struct ResolvedGauge {
@@ -66,7 +66,8 @@ pub(super) fn resolve_gauges(
     let mut answered: Vec<String> = Vec::new();
     for &channel in channels {
         let bound = bindings.of(channel);
-        let named = |of: &Channel| args.of(*of)[1].clone();
+        let stated = args.of(channel).beside(bound);
+        let named = |of: &Channel| args.of(*of).port;
         let known_port = |of: &Channel| {
             let known = state.instruments[of.index()].as_ref()?;
             Some(known.port.clone()).filter(|port| !port.is_empty())
@@ -75,17 +76,15 @@ pub(super) fn resolve_gauges(
         let record = record_of(begun_with, channel);
         let model = record.and_then(InstrumentRecord::description_name);
         let bound_port = bound.and_then(Binding::port);
-        let answers = if named(&channel).is_none() && bound_port.is_none() && port.is_none() {
+        let answers = if stated.port.is_none() && bound_port.is_none() && port.is_none() {
             check_named(args, channels)?;
-            let [instrument, ..] = args.of(channel);
-            let bound = bound.map(|bound| bound.instrument.clone());
-            let name = instrument.or(bound).or(model.map(str::to_owned));
+            let name = stated.instrument.as_deref().or(model);
             let mut taken: Vec<String> = channels.iter().filter_map(named).collect();
             taken.extend(channels.iter().filter_map(known_port));
             let bound = channels.iter().filter_map(|of| bindings.of(*of)?.port());
             taken.extend(bound.map(|port| port.to_string()));
             taken.extend(answered.iter().cloned());
-            who_answers(channel, name.as_deref(), &args.protocols, &taken)?
+            who_answers(channel, name, &args.protocols, &taken)?
         } else {
             None
         };
@@ -96,7 +95,7 @@ pub(super) fn resolve_gauges(
         resolved.push(resolve_gauge(
             args,
             channel,
-            bound,
+            (stated, bound),
             model,
             port.as_deref(),
             answers.as_ref(),
@@ -144,7 +143,7 @@ fn bindings_of(args: &BenchArgs, channels: &[Channel]) -> Result<(Bindings, Vec<
 
 /// Whether the ports that the arguments name are there; others are searched only then.
 fn check_named(args: &BenchArgs, channels: &[Channel]) -> Result<(), PortError> {
-    let mut named = channels.iter().filter_map(|of| args.of(*of)[1].clone());
+    let mut named = channels.iter().filter_map(|of| args.of(*of).port);
     let absent =
         named.find(|path| cfg!(unix) && path.starts_with('/') && !Path::new(path).exists());
     match absent {
@@ -185,13 +184,12 @@ pub(super) fn check_present(resolved: &[ResolvedGauge]) -> Result<(), Failure> {
 fn resolve_gauge(
     args: &BenchArgs,
     channel: Channel,
-    bound: Option<&Binding>,
+    (stated, bound): (StatedGauge, Option<&Binding>),
     model: Option<&str>,
     port: Option<&str>,
     answers: Option<&AnsweringGauge>,
     warnings: &mut Vec<String>,
 ) -> Result<ResolvedGauge, Failure> {
-    let [instrument, named_port, unit] = args.of(channel);
     let (option, value) = option_of(channel);
     let needed = |what: &str| {
         ArgumentError::new(
@@ -202,16 +200,13 @@ fn resolve_gauge(
             ),
         )
     };
-    let name = instrument
-        .as_deref()
-        .or(bound.map(|bound| bound.instrument.as_str()))
-        .or(model)
-        .or(answers.map(|found| found.instrument.as_str()));
+    let name = stated.instrument.as_deref().or(model);
+    let name = name.or(answers.map(|found| found.instrument.as_str()));
     let name = name.ok_or_else(|| needed("instrument"))?;
-    let unit = unit.or(bound.and_then(|bound| bound.unit.clone()));
+    let unit = stated.unit;
     let description = usable_description(args, channel, name, unit.as_deref(), warnings)?;
     let ports = list_ports().unwrap_or_default();
-    let port = match (named_port, bound.and_then(Binding::port), port) {
+    let port = match (stated.port, bound.and_then(Binding::port), port) {
         (Some(path), ..) => PortIdentity::of_path(&path, &ports),
         (None, Some(port), _) => port,
         (None, None, Some(path)) => PortIdentity::of_path(path, &ports),
@@ -286,11 +281,10 @@ pub(super) fn check_descriptions(
     let (bindings, mut warnings) = bindings_of(args, channels)?;
     check_named(args, channels)?;
     for &channel in channels {
-        let [instrument, _, unit] = args.of(channel);
-        let bound = bindings.of(channel);
-        let name = instrument.or(bound.map(|bound| bound.instrument.clone()));
-        let unit = unit.or(bound.and_then(|bound| bound.unit.clone()));
-        if let Some(name) = name {
+        let StatedGauge {
+            instrument, unit, ..
+        } = args.of(channel).beside(bindings.of(channel));
+        if let Some(name) = instrument {
             usable_description(args, channel, &name, unit.as_deref(), &mut warnings)?;
         }
     }

@@ -5,9 +5,7 @@ use std::path::Path;
 use stiffbench_document::{Document, Table};
 
 use crate::analysis::Inputs;
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Global, Outcome};
 use crate::count::hours_and_minutes;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};

@@ -21,16 +21,15 @@ pub(super) use prepare::instrument_records;
 
 use crate::session::Operator;
 
-use super::args::{Command, Global};
-use super::failure::{CliError, Failure};
-use super::outcome::Outcome;
+use super::args::Command;
 use super::parse_words;
+use super::{CliError, Failure, Global, Outcome};
 
 use args::SessionCommand;
 
 /// Plans, runs and looks after guided sessions.
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
-    match args.what.with_gauges_by_option() {
+    match args.what {
         SessionCommand::Plan(args) => plan::run(&args),
         SessionCommand::Run(args) if args.dry_run => plan::dry_run(&args, global),
         SessionCommand::Run(args) => drive::run(&args, global, None),
@@ -65,7 +64,6 @@ pub(super) fn run_command(
         no_input: cli.global.no_input,
         ..global.clone()
     };
-    let args = args.with_gauges_by_option();
     let ended = drive::run(&args, &global, Some(operator))?;
     if ended.exit == 0 {
         return Ok(());

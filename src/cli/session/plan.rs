@@ -3,11 +3,10 @@
 use stiffbench_document::Document;
 
 use crate::analysis::{Inputs, ResolvedModel, UnknownSprings, add_poses, choose_poses, design};
-use crate::cli::args::Global;
-use crate::cli::failure::{Failure, refuse_given};
+use crate::cli::failure::refuse_given;
 use crate::cli::figure_files::write;
-use crate::cli::outcome::Outcome;
 use crate::cli::procedure::resolve_procedure;
+use crate::cli::{Failure, Global, Outcome};
 use crate::clock::Clock;
 use crate::count::{counted, hours_and_minutes};
 use crate::fit::BestPoses;
@@ -97,11 +96,17 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
     let session = checked(args, global)?;
     let (plan, mut warnings) = (&session.plan, session.warnings);
     let mut bench = args.bench.clone();
-    let clock = Clock::default();
-    let hand = emulate(&mut bench, &session.robot, &session.procedure, clock)?;
+    let (clock, records) = (Clock::default(), Instruments::default());
+    let hand = emulate(
+        &mut bench,
+        &session.robot,
+        &session.procedure,
+        &records,
+        clock,
+    )?;
     let channels = plan.channels();
     warnings.extend(if hand.is_some() {
-        let (records, state) = (Instruments::default(), SessionState::default());
+        let state = SessionState::default();
         resolve_gauges(&bench, &channels, &records, &state)?.1
     } else {
         check_descriptions(&bench, &channels)?

@@ -7,9 +7,9 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
 use crate::analysis::{AnalysisError, ArgumentError, ResolvedModel, add_poses, read_text, sha256};
-use crate::cli::args::{Global, ModelArgs};
-use crate::cli::failure::Failure;
+use crate::cli::args::ModelArgs;
 use crate::cli::global::today;
+use crate::cli::{Failure, Global};
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, FolderError, ReadFolder, SessionPlan, SessionState};

@@ -10,9 +10,7 @@ use crate::analysis::{
     Inputs, JournalCheck, ReadError, TableCheck, compare_with_journal, session_file, sha256,
     shortened,
 };
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Global, Outcome};
 use crate::readings::{
     ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
 };
@@ -170,10 +168,13 @@ fn verify_table(
         let found = "it does not exist; it can be rebuilt from the journal".to_owned();
         return Ok((TableCheck::Missing, found, PART));
     };
+    let not_protected = || {
+        let found = "no intact part of the journal is left to compare it with".to_owned();
+        (TableCheck::NotProtected, found, 0)
+    };
     let is_damaged = matches!(read.journal.end, JournalEnd::Damaged { .. });
     if is_damaged && read.journal.records.is_empty() {
-        let found = "no intact part of the journal is left to compare it with".to_owned();
-        return Ok((TableCheck::NotProtected, found, 0));
+        return Ok(not_protected());
     }
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
@@ -199,7 +200,8 @@ fn verify_table(
         }
         Ok(table) => {
             let check = compare_with_journal(folder, &table, Some(&header))?;
-            Ok(judged(&check, file, &read.journal.end))
+            let judge = |check| judged(&check, file, &read.journal.end);
+            Ok(check.map_or_else(not_protected, judge))
         }
     }
 }

@@ -7,11 +7,10 @@ use jiff::Timestamp;
 use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs, ReadError, header_sha256, read_text, session_file};
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
 use crate::cli::gauge::descriptions::find_description;
 use crate::cli::gauge::trace::Speed;
-use crate::cli::outcome::{Outcome, print_error};
+use crate::cli::outcome::print_error;
+use crate::cli::{Failure, Global, Outcome};
 use crate::clock::Clock;
 use crate::instrument::GaugeEvent;
 use crate::instrument::trace::{GaugeTrace, events_of};

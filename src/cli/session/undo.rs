@@ -7,9 +7,7 @@ use jiff::Timestamp;
 use stiffbench_document::Document;
 
 use crate::analysis::{ArgumentError, Inputs};
-use crate::cli::args::Global;
-use crate::cli::failure::Failure;
-use crate::cli::outcome::Outcome;
+use crate::cli::{Failure, Global, Outcome};
 use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
