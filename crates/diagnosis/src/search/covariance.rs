@@ -66,7 +66,9 @@ impl Covariance {
     ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
         let serial = SerialFilter::new(errors);
-        let white = blocks.into_iter().map(|block| block.white(&weights, &serial));
+        let white = blocks
+            .into_iter()
+            .map(|block| block.white(&weights, &serial));
         Self {
             blocks: white.map(CovarianceBlock::of_white).collect(),
             weights,

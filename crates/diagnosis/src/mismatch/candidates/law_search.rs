@@ -104,9 +104,7 @@ impl Candidates<'_, '_> {
         state: &State,
         seed: u64,
     ) -> Result<LawCriticalValues, MismatchError> {
-        let slopes = self
-            .problem
-            .slope(&mut self.problem.predictor(), &state.fitted.model)?;
+        let slopes = self.problem.slope(&state.fitted.model)?;
         let patterns = Patterns::new(self.problem.observations, &slopes.compliance);
         let rounded = self.problem.rounded(state)?;
         let null_vectors = rounded

@@ -214,7 +214,7 @@ fn to_ten_micrometres(
             effects,
             ..model.clone()
         };
-        bench.predicted(&mut bench.predictor(), &with).unwrap()
+        bench.predicted(&with).unwrap()
     };
     let without = predicted(Vec::new());
     for effect in effects {

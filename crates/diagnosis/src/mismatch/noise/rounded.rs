@@ -393,7 +393,7 @@ mod tests {
         for factor in &mut model.parameters {
             *factor += 0.2 * normal();
         }
-        let predicted = problem.predicted(&mut problem.predictor(), &model).unwrap();
+        let predicted = problem.predicted(&model).unwrap();
         let zeros: Vec<f64> = (0..observations.len()).map(|_| 2e-6 * normal()).collect();
         let readings = observations.readings.iter().zip(&predicted);
         let read = readings.map(|(reading, predicted)| {

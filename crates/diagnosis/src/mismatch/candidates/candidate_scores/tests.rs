@@ -68,8 +68,7 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
         .unwrap();
     let model = &state.fitted.model;
     let (space, residuals) = problem.space(&state).unwrap();
-    let mut predictor = problem.predictor();
-    let mut columns = problem.columns(&mut predictor, model).unwrap();
+    let mut columns = problem.columns(model).unwrap();
     columns.extend(force_within_steps(&observations, &state.noise.noise));
     let mut y = problem.raw_residuals(model).unwrap();
     for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
@@ -83,7 +82,9 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let v = 1e12 * dense(&observations, &state);
     let plain = Plain::new(&v, &prior_sd(&baseline), &columns, space.basis(), &y);
     let fast = Batched::new(&space, &residuals);
-    let linearised = predictor.linearised(&model.parameters, &[]).unwrap();
+    let linearised = (problem.predictor())
+        .linearised(&model.parameters, &[])
+        .unwrap();
     let changes = Changes::new(&observations, &linearised, &[]).unwrap();
     let list = candidates(&observations, &linearised, &[]);
     let scored = score_candidates(&changes, &fast, list);

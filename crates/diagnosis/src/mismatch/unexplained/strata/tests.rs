@@ -145,15 +145,12 @@ struct Ready {
 }
 
 fn ready(problem: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
-    let mut predictor = problem.predictor();
     let model = problem.start();
     Ready {
-        whitening: problem
-            .whitening(&mut predictor, &model, &known(*noise))
-            .unwrap(),
-        columns: problem.columns(&mut predictor, &model).unwrap(),
-        slope_m: problem.slope(&mut predictor, &model).unwrap().slope_m,
-        predicted_m: problem.predicted(&mut problem.predictor(), &model).unwrap(),
+        whitening: problem.whitening(&model, &known(*noise)).unwrap(),
+        columns: problem.columns(&model).unwrap(),
+        slope_m: problem.slope(&model).unwrap().slope_m,
+        predicted_m: problem.predicted(&model).unwrap(),
         prior_sd: prior_sd(problem.baseline),
     }
 }
@@ -318,7 +315,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     let decomposition = ready.decomposition(&fixture.observations);
     for _ in 0..3 {
         model.effects = vec![effect.clone()];
-        let mut change = problem.predicted(&mut problem.predictor(), &model).unwrap();
+        let mut change = problem.predicted(&model).unwrap();
         for (with, without) in change.iter_mut().zip(&ready.predicted_m) {
             *with -= without;
         }
@@ -330,7 +327,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     ready.whitening.covariance.unwhiten(&mut readings_m);
     for (reading, predicted) in readings_m
         .iter_mut()
-        .zip(problem.predicted(&mut problem.predictor(), &model).unwrap())
+        .zip(problem.predicted(&model).unwrap())
     {
         *reading += predicted;
     }
