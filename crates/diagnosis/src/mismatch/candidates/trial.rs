@@ -47,6 +47,16 @@ pub struct Truth {
     pub noise: TrialNoise,
 }
 
+impl Truth {
+    /// The same structure with other effects.
+    fn model(&self, effects: &[Effect]) -> Model {
+        Model {
+            parameters: self.parameters.clone(),
+            effects: effects.to_vec(),
+        }
+    }
+}
+
 /// Readings of a truth at the forces of a plan; the same seed gives the same readings.
 ///
 /// # Errors
@@ -222,12 +232,8 @@ pub fn standard_errors_after_fit(
     let Some((_, others)) = truth.effects.split_last() else {
         return Ok(0.0);
     };
-    let model = |effects: &[Effect]| Model {
-        parameters: truth.parameters.clone(),
-        effects: effects.to_vec(),
-    };
     let planned = DiagnosisProblem::new(baseline, plan);
-    let predicted = |effects: &[Effect]| planned.predicted(&model(effects));
+    let predicted = |effects: &[Effect]| planned.predicted(&truth.model(effects));
     let exact = plan.with_displacements(predicted(&truth.effects)?);
     let mut on_robot = truth.effects.clone();
     on_robot.retain(|effect| !effect.law.is_gauge_error());
@@ -235,8 +241,8 @@ pub fn standard_errors_after_fit(
 
     let problem = DiagnosisProblem::new(baseline, &exact);
     let noise = known_noise(truth);
-    let whitening = problem.whitening(&model(&[]), &noise)?;
-    let fit = |effects: &[Effect]| problem.refit(&whitening).fit(&model(effects));
+    let whitening = problem.whitening(&truth.model(&[]), &noise)?;
+    let fit = |effects: &[Effect]| problem.refit(&whitening).fit(&truth.model(effects));
     let with_rival: Vec<Effect> = others.iter().chain([rival]).cloned().collect();
     let (own, rest) = (fit(&truth.effects), fit(others));
     let from_its_values = fit(&with_rival).map(|fitted| fitted.squares);
@@ -262,7 +268,7 @@ pub fn standard_errors_after_fit(
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
 struct TrueSpace<'a> {
     problem: DiagnosisProblem<'a>,
-    parameters: &'a [f64],
+    truth: &'a Truth,
     space: WhiteSpace,
 }
 
@@ -275,26 +281,19 @@ impl<'a> TrueSpace<'a> {
         prior_sd: &[f64],
     ) -> Result<Self, MismatchError> {
         let problem = DiagnosisProblem::new(baseline, plan);
-        let model = |effects: &[Effect]| Model {
-            parameters: truth.parameters.clone(),
-            effects: effects.to_vec(),
-        };
-        let whitening = problem.whitening(&model(&[]), &known_noise(truth))?;
-        let columns = problem.columns(&model(beside))?;
+        let whitening = problem.whitening(&truth.model(&[]), &known_noise(truth))?;
+        let columns = problem.columns(&truth.model(beside))?;
         let space = WhiteSpace::new(whitening.covariance, prior_sd, &columns);
         Ok(Self {
             problem,
-            parameters: &truth.parameters,
+            truth,
             space,
         })
     }
 
     /// An effect beside others, white and projected.
     fn vector(&self, effects: &[Effect], effect: usize) -> Result<Vec<f64>, MismatchError> {
-        let model = Model {
-            parameters: self.parameters.to_vec(),
-            effects: effects.to_vec(),
-        };
+        let model = self.truth.model(effects);
         let (white, _) = self.problem.effect_vector(&model, effect, &self.space)?;
         Ok(white)
     }
@@ -307,7 +306,7 @@ impl<'a> TrueSpace<'a> {
         own: &[f64],
     ) -> Result<f64, MismatchError> {
         let observations = self.problem.observations;
-        let linearised = (self.problem.predictor()).linearised(self.parameters, beside)?;
+        let linearised = (self.problem.predictor()).linearised(&self.truth.parameters, beside)?;
         let mut list = candidates(observations, &linearised, &[]);
         list.retain(|one| one.law == rival.law && one.place == rival.place);
         let engine = Batched::new(&self.space, own);
