@@ -2,11 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use stiffbench_beams::physics::Effect;
+use stiffbench_beams::physics::{Effect, Law};
 
 use super::memo::FitMemo;
 use super::model::{Model, State};
-use super::options::SearchOptions;
 use super::place_scales::PlaceScales;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{WeightedFit, step_of};
@@ -23,6 +22,19 @@ use crate::search::{WhiteSpace, dot, subtract};
 /// Relative difference of all standard deviations below which two estimates of a covariance are the same (1): far less than either is known.
 /// Numerics.
 const SAME_COVARIANCE: f64 = 0.02;
+
+/// What a search is to do; by default with all laws, no known physics, seed 0 and noise from the readings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SearchOptions {
+    /// Laws that are left out.
+    pub without: Vec<Law>,
+    /// Physics that is known to act: no candidate, its values fitted again with every model.
+    pub known_effects: Vec<Effect>,
+    /// Seed of the limits' draws.
+    pub seed: u64,
+    /// What is known of the noise before the readings are checked.
+    pub noise: KnownNoise,
+}
 
 /// What the linear structure makes of the loads, one value a reading.
 pub(crate) struct LinearSlopes {
