@@ -10,3 +10,6 @@ pub mod fit;
 pub mod mismatch;
 pub mod parameters;
 pub mod search;
+
+#[cfg(test)]
+mod tests;

@@ -10,20 +10,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::ActingPhysics;
+use crate::support::{acting, fit, hp_robot, table};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
-    CellModel, FactorStatus, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, fit_cells,
+    CellModel, FactorStatus, FitOptions, FitOutcome, MeasuredStiffness,
 };
 use stiffbench_diagnosis::parameters::{FitRole, ParameterChoice};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::Reading;
-use stiffbench_measurement::stiffness::{
-    GaugePair, Method, StiffnessOptions, StiffnessTable, stiffness_table,
-};
+use stiffbench_measurement::stiffness::{Method, StiffnessTable};
 use stiffbench_numeric::statistics::binomial_interval_95;
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
 /// One kind of session.
@@ -85,8 +82,7 @@ fn truth(start: &FittingFactors, kind: Kind, seed: u64) -> FittingFactors {
 
 /// Readings of a session; the cells of an uneven one come from two benches.
 fn readings(robot: &Robot, factors: &FittingFactors, kind: Kind, seed: u64) -> Vec<Reading> {
-    let mechanism = robot.mechanism(Some("F")).unwrap();
-    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let physics = acting(robot, Some("F"), &[]);
     let procedure = Procedure {
         repeats: kind.repeats,
         poses: Some(kind.poses()),
@@ -127,32 +123,17 @@ fn trial(robot: &Robot, kind: Kind, seed: u64) -> Trial {
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let (_, start) = robot.default_factors();
     let truth = truth(&start, kind, seed);
-    let readings = readings(robot, &truth, kind, seed);
-    let table = stiffness_table(
-        &readings,
-        &GaugePair::default(),
-        StiffnessOptions::default(),
-    );
+    let table = table(&readings(robot, &truth, kind, seed));
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
-    let problem = FitProblem {
-        robot,
-        mechanism,
-        measured: &measured,
-        start: &start,
-        physics: None,
-    };
     let options = FitOptions {
         train: Some(kind.poses()),
         choice: kind.choice(),
         ..FitOptions::default()
     };
-    let outcome = fit_cells(&problem, &options).unwrap();
+    let outcome = fit(robot, (Some("F"), None), &measured, &options).unwrap();
     let cells: Vec<Cell> = table.cells.iter().map(|row| row.cell.clone()).collect();
-    let stiffness = problem
-        .cell_model(&[], &cells)
-        .unwrap()
-        .stiffness(&truth)
-        .unwrap();
+    let mut model = CellModel::new(robot, mechanism, &[], &cells).unwrap();
+    let stiffness = model.stiffness(&truth).unwrap();
     Trial {
         truth,
         table,
@@ -280,10 +261,6 @@ fn study(robot: &Robot, kind: Kind, sessions: u64) -> Study {
         println!("    {name}: {}", count.text());
     }
     study
-}
-
-fn hp_robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
 }
 
 #[test]

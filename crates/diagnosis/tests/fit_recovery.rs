@@ -12,17 +12,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::ActingPhysics;
+use crate::support::{acting, fit, hp_robot, measured, robot};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
-    FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings, PaperOptions,
-    PaperSource, fit_cells, follow_paper,
+    FitOptions, FitOutcome, MeasuredStiffness, MonteCarloSettings, PaperFit, PaperOptions,
+    PaperSource, follow_paper,
 };
-use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::stiffness::{GaugePair, Method, StiffnessOptions, stiffness_table};
+use stiffbench_measurement::stiffness::Method;
 use stiffbench_measurement::stiffness_list::read_stiffness_list;
-use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
-use stiffbench_test_files::shipped_robot;
+use stiffbench_simulation::NoiseModel;
 
 /// True factors of a seed: those of the file with the beams' varied by up to two either way, so that no seed is special.
 fn truth(start: &FittingFactors, seed: u64) -> FittingFactors {
@@ -35,41 +33,18 @@ fn truth(start: &FittingFactors, seed: u64) -> FittingFactors {
 }
 
 fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactors, FitOutcome) {
-    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    let (_, start) = robot.default_factors();
-    let factors = truth(&start, seed);
-    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
-    let bench = VirtualBench::new(
-        robot,
-        &physics,
-        &factors,
-        NoiseModel::default(),
-        Jack::default(),
-    )
-    .unwrap();
-    let readings = bench.run(&Procedure::default(), "s", seed).unwrap();
-    let table = stiffness_table(
-        &readings.readings,
-        &GaugePair::default(),
-        StiffnessOptions::default(),
-    );
-    let measured = MeasuredStiffness::from_table(&table, Method::Regression);
-    let problem = FitProblem {
-        robot,
-        mechanism,
-        measured: &measured,
-        start: &start,
-        physics: None,
-    };
-    (
-        factors,
-        fit_cells(&problem, &FitOptions::default()).unwrap(),
-    )
+    let mechanism = Some(mechanism);
+    let factors = truth(&robot.default_factors().1, seed);
+    let acts = acting(robot, mechanism, &[]);
+    let noise = (NoiseModel::default(), seed);
+    let measured = measured(robot, (&acts, &factors), noise, Method::Regression);
+    let outcome = fit(robot, (mechanism, None), &measured, &FitOptions::default());
+    (factors, outcome.unwrap())
 }
 
 /// Coverage of the 95 % intervals of the factors reported as identified, over seeds; prints it by factor.
 fn coverage(robot_name: &str, mechanism: &str, seeds: u64) -> f64 {
-    let robot = Robot::parse(&shipped_robot(robot_name).unwrap()).unwrap();
+    let robot = robot(robot_name);
     let hits: Vec<Vec<Option<bool>>> = (0..seeds)
         .into_par_iter()
         .map(|seed| {
@@ -116,33 +91,17 @@ fn intervals_cover_in_93_to_97_percent_of_1000_seeds() {
 
 /// Measured stiffness that is the model's own, without any error.
 fn exact(robot: &Robot, factors: &FittingFactors) -> MeasuredStiffness {
-    let mechanism = robot.mechanism(None).unwrap();
-    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
-    let bench =
-        VirtualBench::new(robot, &physics, factors, NoiseModel::NONE, Jack::default()).unwrap();
-    let readings = bench.run(&Procedure::default(), "exact", 3).unwrap();
-    let table = stiffness_table(
-        &readings.readings,
-        &GaugePair::default(),
-        StiffnessOptions::default(),
-    );
-    MeasuredStiffness::from_table(&table, Method::PaperMean)
+    let acts = acting(robot, None, &[]);
+    let noise = (NoiseModel::NONE, 3);
+    measured(robot, (&acts, factors), noise, Method::PaperMean)
 }
 
 #[test]
 fn readings_without_error_give_the_factors_back() {
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-    let (_, start) = robot.default_factors();
-    let truth = truth(&start, 42);
+    let robot = hp_robot();
+    let truth = truth(&robot.default_factors().1, 42);
     let measured = exact(&robot, &truth);
-    let problem = FitProblem {
-        robot: &robot,
-        mechanism: robot.mechanism(None).unwrap(),
-        measured: &measured,
-        start: &start,
-        physics: None,
-    };
-    let outcome = fit_cells(&problem, &FitOptions::default()).unwrap();
+    let outcome = fit(&robot, (None, None), &measured, &FitOptions::default()).unwrap();
     // The text of a reading shows nine decimals of a micrometre, 1e-11 of a displacement; the valley of Iz and J, 1e4 times longer than
     // wide, and the digits of the solution (3e-10) leave four digits of J.
     for (estimate, truth) in outcome.estimates.iter().zip(truth.beam) {
@@ -156,9 +115,26 @@ fn readings_without_error_give_the_factors_back() {
     assert!(outcome.max_error_percent().unwrap() < 0.01);
 }
 
+/// A fit in the steps of the paper, by these poses with their weights.
+fn paper_fit(
+    robot: &Robot,
+    measured: &MeasuredStiffness,
+    poses: &[(&str, f64)],
+    source: PaperSource,
+) -> PaperFit {
+    let poses = poses.iter().map(|(pose, weight)| ((*pose).into(), *weight));
+    let options = PaperOptions {
+        poses: poses.collect(),
+        source,
+        trials: MonteCarloSettings::default(),
+    };
+    let mechanism = robot.mechanism(None).unwrap();
+    follow_paper(robot, mechanism, measured, None, &options).unwrap()
+}
+
 #[test]
 fn the_papers_steps_find_the_factors_of_their_own_model() {
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let robot = hp_robot();
     let s_fsd = robot.factor_set("s_fsd").unwrap();
     // A model as step 5 makes it: J of the beams stays, links keep A and Iz and get 100.
     let truth = FittingFactors::of_classes(
@@ -166,19 +142,8 @@ fn the_papers_steps_find_the_factors_of_their_own_model() {
         [s_fsd.link[0], 100.0, s_fsd.link[2], 100.0],
     );
     let measured = exact(&robot, &truth);
-    let options = PaperOptions {
-        poses: vec![("P1".into(), 1.0), ("P3".into(), 3.0)],
-        source: PaperSource::Given("s_fsd".to_owned(), s_fsd),
-        trials: MonteCarloSettings::default(),
-    };
-    let fit = follow_paper(
-        &robot,
-        robot.mechanism(None).unwrap(),
-        &measured,
-        None,
-        &options,
-    )
-    .unwrap();
+    let source = PaperSource::Given("s_fsd".to_owned(), s_fsd);
+    let fit = paper_fit(&robot, &measured, &[("P1", 1.0), ("P3", 3.0)], source);
     for pose in &fit.multi_source {
         let names: Vec<&str> = pose
             .sequence
@@ -200,26 +165,15 @@ fn the_papers_steps_find_the_factors_of_their_own_model() {
 
 #[test]
 fn single_source_factors_follow_from_reference_displacements() {
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let robot = hp_robot();
     // Table V's finite-element displacements under 50 N, as a user would give them.
     let reference = read_stiffness_list(
         "reference",
         b"pose,direction,force_N,displacement_um\nP1,x,-50,-2622\nP1,y,-50,-421.44\nP1,z,-50,-57.59\n",
     );
     let reference = MeasuredStiffness::of_list(&reference.unwrap());
-    let options = PaperOptions {
-        poses: vec![("P1".into(), 1.0)],
-        source: PaperSource::Reference(reference.clone()),
-        trials: MonteCarloSettings::default(),
-    };
-    let fit = follow_paper(
-        &robot,
-        robot.mechanism(None).unwrap(),
-        &reference,
-        None,
-        &options,
-    )
-    .unwrap();
+    let source = PaperSource::Reference(reference.clone());
+    let fit = paper_fit(&robot, &reference, &[("P1", 1.0)], source);
     let factors = fit.single_source_factors;
     // The paper's own single-pose factors are 0.0273 (Iy), 2.12 (Iz), 0.00645 (A), 1 (J); the reconstruction comes within its scatter.
     assert_eq!(factors.beam, factors.link);

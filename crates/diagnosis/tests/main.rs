@@ -12,3 +12,4 @@ mod map_questions;
 mod mismatch_specimens;
 mod missing_members;
 mod stiffness_map;
+mod support;

@@ -1,12 +1,11 @@
 //! What a map is asked beside the stiffness: loads, own weight, design. Against closed forms, differences and the solver of single poses.
 
-use stiffbench_beams::physics::ActingPhysics;
+use crate::support::{acting, hp_robot};
 use stiffbench_beams::robot::{FittingFactors, GRAVITY_M_PER_S2, Predictor, Robot};
 use stiffbench_diagnosis::distribution::{
     MapColumn, MapModel, NoMap, PosePlan, PoseSample, Sampling, Shard, ShiftMap, StiffnessMap,
     design_sensitivity, largest_load,
 };
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
 
 /// An arm of two members in line, 0.9 m and 0.6 m, that hardly leaves the level: displacements along y are those of bending alone.
@@ -58,15 +57,6 @@ fn arm() -> Robot {
     Robot::parse(&SourceText::new("arm.toml", ARM.to_owned())).unwrap()
 }
 
-fn hp_robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-}
-
-fn acting(robot: &Robot, effects: &[&str]) -> ActingPhysics {
-    let effects = effects.iter().map(|text| text.parse().unwrap()).collect();
-    ActingPhysics::new(robot, robot.mechanism(None).unwrap(), effects).unwrap()
-}
-
 fn poses(robot: &Robot, count: usize) -> PoseSample {
     let plan = PosePlan {
         sampling: Sampling::MonteCarlo,
@@ -89,7 +79,7 @@ fn least_and_mean(map: &StiffnessMap) -> [f64; 2] {
 #[test]
 fn a_load_moves_the_end_as_the_single_pose_solver_predicts() {
     let robot = hp_robot();
-    let physics = acting(&robot, &[]);
+    let physics = acting(&robot, None, &[]);
     let factors = robot.default_factors().1;
     let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
     let set = poses(&robot, 50);
@@ -121,7 +111,11 @@ fn a_load_moves_the_end_as_the_single_pose_solver_predicts() {
 #[test]
 fn loads_and_weight_refuse_laws_that_are_not_linear() {
     let robot = hp_robot();
-    let physics = acting(&robot, &["joint-backlash@A3:play=1e-4rad,seat_moment=1N*m"]);
+    let physics = acting(
+        &robot,
+        None,
+        &["joint-backlash@A3:play=1e-4rad,seat_moment=1N*m"],
+    );
     let model = MapModel::new(&robot, &physics, &robot.default_factors().1, Some(50.0)).unwrap();
     let set = poses(&robot, 3);
     let refused = |found: Result<ShiftMap, NoMap>| matches!(found, Err(NoMap::LinearOnly { .. }));
@@ -156,7 +150,7 @@ fn own_weight_bends_the_arm_and_rocks_its_base() {
         (&[][..], sag),
         (&["base-compliance@x:c=3e-6rad/(N*m)"][..], sag + base),
     ] {
-        let physics = acting(&robot, effects);
+        let physics = acting(&robot, None, effects);
         let model = MapModel::new(&robot, &physics, &FittingFactors::UNIT, None).unwrap();
         let map = ShiftMap::under_weight(&model, &set).unwrap();
         for shift in &map.shifts {
@@ -173,7 +167,7 @@ fn own_weight_bends_the_arm_and_rocks_its_base() {
 #[test]
 fn sensitivities_are_those_of_differences() {
     let robot = hp_robot();
-    let physics = acting(&robot, &[]);
+    let physics = acting(&robot, None, &[]);
     let factors = robot.default_factors().1;
     let set = poses(&robot, 150);
     let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
@@ -228,7 +222,7 @@ fn sensitivities_are_those_of_differences() {
         }
         seen += 1;
         let effect = format!("joint-compliance@{}:c={c:e}rad/(N*m)", joint.joint);
-        let physics = acting(&robot, &[&effect]);
+        let physics = acting(&robot, None, &[&effect]);
         let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
         let with = least_and_mean(&axis_map(&model, &set, axis));
         for (which, exact) in [joint.smallest, joint.mean].into_iter().enumerate() {

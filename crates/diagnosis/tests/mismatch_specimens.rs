@@ -35,6 +35,13 @@ fn line(readings: usize, seed: u64, extra_um: impl Fn(usize) -> f64) -> String {
     table
 }
 
+fn said_of(table: &str, options: &SpecimenOptions) -> Diagnosis {
+    let table = read_specimen(&[("table.csv", table.as_bytes())], options).unwrap();
+    let (baseline, observations) = Line::of_table(&table).unwrap();
+    let search = SearchOptions::default();
+    diagnose(&baseline, &observations, &search, None).unwrap().0
+}
+
 fn said(table: &str) -> Diagnosis {
     let options = SpecimenOptions {
         force_column: Some("F_N".to_owned()),
@@ -42,10 +49,7 @@ fn said(table: &str) -> Diagnosis {
         order_column: Some("order".to_owned()),
         ..SpecimenOptions::default()
     };
-    let table = read_specimen(&[("line.csv", table.as_bytes())], &options).unwrap();
-    let (baseline, observations) = Line::of_table(&table).unwrap();
-    let search = SearchOptions::default();
-    diagnose(&baseline, &observations, &search, None).unwrap().0
+    said_of(table, &options)
 }
 
 /// A drift of a given length in standard errors: places in the order, less their mean, are that long.
@@ -170,10 +174,7 @@ fn said_of_part(table: &str, response: ResponseVariable) -> Diagnosis {
         response: Some(response),
         ..SpecimenOptions::default()
     };
-    let table = read_specimen(&[("part.csv", table.as_bytes())], &options).unwrap();
-    let (baseline, observations) = Line::of_table(&table).unwrap();
-    let search = SearchOptions::default();
-    diagnose(&baseline, &observations, &search, None).unwrap().0
+    said_of(table, &options)
 }
 
 #[test]
@@ -249,10 +250,7 @@ fn sizes_follow_the_number_of_a_configuration_where_they_do() {
             displacement_unit: Some("1".to_owned()),
             ..SpecimenOptions::default()
         };
-        let read = read_specimen(&[("part.csv", table.as_bytes())], &options).unwrap();
-        let (baseline, observations) = Line::of_table(&read).unwrap();
-        let search = SearchOptions::default();
-        diagnose(&baseline, &observations, &search, None).unwrap().0
+        said_of(table, &options)
     };
     let growing = told(1, &mut table, &mut rng);
     assert_eq!(growing.sizes, ConfigurationSizes::Number);
@@ -305,11 +303,7 @@ fn a_force_gauge_that_scatters_over_dead_weights_is_no_physics() {
             run_column: vec!["run".to_owned()],
             ..SpecimenOptions::default()
         };
-        let table = read_specimen(&[("weights.csv", table.as_bytes())], &options).unwrap();
-        let (baseline, observations) = Line::of_table(&table).unwrap();
-        let search = SearchOptions::default();
-        let said = diagnose(&baseline, &observations, &search, None).unwrap().0;
-        said.verdict != Verdict::NothingMissing
+        said_of(&table, &options).verdict != Verdict::NothingMissing
     });
     // Nominal 4 %: of forty more than six have a chance of 0.1 % (binomial).
     let alarms = alarms.count();

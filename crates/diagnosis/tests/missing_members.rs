@@ -1,7 +1,8 @@
 //! How far a missing member is from another effect, in standard errors: what the score of concealed benches counts as alike.
 
-use stiffbench_beams::physics::{ActingPhysics, Effect};
-use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use crate::support::{acting, hp_robot};
+use stiffbench_beams::physics::Effect;
+use stiffbench_beams::robot::{FittingFactors, Pose};
 use stiffbench_diagnosis::mismatch::{
     Baseline, Observations, ReadingNoise, RobotBaseline, TrialNoise, Truth, scale_to,
     standard_errors, standard_errors_between,
@@ -9,7 +10,7 @@ use stiffbench_diagnosis::mismatch::{
 use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
-use stiffbench_test_files::{shipped_procedure, shipped_robot};
+use stiffbench_test_files::shipped_procedure;
 
 fn truth(effects: Vec<Effect>) -> Truth {
     Truth {
@@ -33,7 +34,7 @@ fn truth(effects: Vec<Effect>) -> Truth {
 /// A member is loose or it is not: what it leaves of another effect is what they differ by, not what its best multiple would leave.
 #[test]
 fn a_missing_member_is_compared_with_an_effect_of_its_size() {
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let robot = hp_robot();
     let mechanism = robot.mechanism(None).unwrap();
     let (procedure, _) = Procedure::parse(&shipped_procedure("load-unload").unwrap()).unwrap();
     let poses = &robot.poses[..4];
@@ -41,7 +42,7 @@ fn a_missing_member_is_compared_with_an_effect_of_its_size() {
         poses: Some(poses.iter().map(|named| named.id.clone()).collect()),
         ..procedure
     };
-    let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
+    let physics = acting(&robot, None, &[]);
     let factors = FittingFactors::UNIT;
     let (noise, jack) = (NoiseModel::default(), Jack::default());
     let bench = VirtualBench::new(&robot, &physics, &factors, noise, jack).unwrap();

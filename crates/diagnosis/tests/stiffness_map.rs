@@ -2,15 +2,16 @@
 
 use proptest::prelude::*;
 
-use stiffbench_beams::physics::{ActingPhysics, Effect};
-use stiffbench_beams::robot::{FittingFactors, ModelParameter, Predictor, Robot, Theory};
+use crate::support::{acting, hp_robot, robot};
+use stiffbench_beams::physics::ActingPhysics;
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Predictor, Robot, Theory};
+use stiffbench_beams::structure::Compliance6;
 use stiffbench_diagnosis::distribution::{
     ColumnStatistics, Extreme, FittedCovariance, Level, MapColumn, MapModel, MapPlane, MatrixKind,
     MechanismStudy, NoMap, PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses,
     column_statistics, variables_beside_the_plane,
 };
 use stiffbench_test_files::shipped_robot;
-use stiffbench_units_and_text::source_text::SourceText;
 
 const SAMPLINGS: [Sampling; 3] = [
     Sampling::MonteCarlo,
@@ -18,8 +19,11 @@ const SAMPLINGS: [Sampling; 3] = [
     Sampling::LowDiscrepancy,
 ];
 
-fn robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+/// That robot with another text in one place of its file.
+fn hp_robot_with(own: &str, other: &str) -> Robot {
+    let mut source = shipped_robot("hp-robot").unwrap();
+    source.text = source.text.replace(own, other);
+    Robot::parse(&source).unwrap()
 }
 
 fn plan(sampling: Sampling, poses: usize, seed: u64) -> PosePlan {
@@ -35,9 +39,14 @@ fn draw(robot: &Robot, plan: &PosePlan) -> PoseSample {
     PoseSample::draw(robot, plan, Shard::WHOLE).unwrap()
 }
 
+/// Poses of a study, over the upright plane.
+fn study_poses(robot: &Robot, sampling: Sampling, poses: usize, seed: u64) -> StudyPoses {
+    let set = draw(robot, &plan(sampling, poses, seed));
+    StudyPoses::new(set, sampling, MapPlane::upright(robot.vertical))
+}
+
 fn physics(robot: &Robot, mechanism: &str, effects: &[&str]) -> ActingPhysics {
-    let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
-    ActingPhysics::new(robot, robot.mechanism(Some(mechanism)).unwrap(), effects).unwrap()
+    acting(robot, Some(mechanism), effects)
 }
 
 fn factors(robot: &Robot) -> FittingFactors {
@@ -83,22 +92,62 @@ fn largest_difference(
     largest
 }
 
+/// The same to a mechanism without further effects, solved for one pose at a time.
+fn from_single_poses(
+    robot: &Robot,
+    physics: &ActingPhysics,
+    map: &StiffnessMap,
+    poses: &PoseSample,
+) -> f64 {
+    let mut single = Predictor::new(robot, &physics.mechanism, &factors(robot)).unwrap();
+    largest_difference(map, poses, |place| {
+        single.place(&poses.pose(place)).unwrap();
+        single.translation_compliance()
+    })
+}
+
+/// The compliance of one pose, with joints as they are under a force, and the base.
+fn under_force(
+    robot: &Robot,
+    physics: &ActingPhysics,
+    pose: &Pose,
+    force_n: [f64; 3],
+) -> Compliance6 {
+    let factors = factors(robot);
+    let joints = physics
+        .joints_under(robot, &factors, pose, force_n)
+        .unwrap();
+    let theory = Theory::EulerBernoulli;
+    let mut single = Predictor::with(robot, &physics.mechanism, &joints, theory, &factors).unwrap();
+    single.place(pose).unwrap();
+    physics.with_base(&single.compliance(), single.model())
+}
+
+/// What a fit of the eight factors knows of them: their covariance, zero but for some entries.
+fn covariance(entries: &[(usize, usize, f64)], dof: Option<f64>) -> FittedCovariance {
+    let mut matrix = vec![vec![0.0; 8]; 8];
+    for (row, column, entry) in entries {
+        (matrix[*row][*column], matrix[*column][*row]) = (*entry, *entry);
+    }
+    FittedCovariance {
+        parameters: ModelParameter::CLASSES.to_vec(),
+        matrix,
+        dof,
+    }
+}
+
 /// The lanes lose as much as one solver does: 1e-9 of the diagonal in `crates/beams/tests/pose_sweep.rs`; directions are sums of such entries.
 const AGREES: f64 = 5e-9;
 
 #[test]
 fn every_mechanism_as_one_pose_at_a_time() {
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(Sampling::MonteCarlo, 150, 3));
     for mechanism in robot.mechanisms.keys() {
         let physics = physics(&robot, mechanism, &[]);
         let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
         let map = StiffnessMap::over(&model, &poses, &all_columns()).unwrap();
-        let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
-        let difference = largest_difference(&map, &poses, |place| {
-            single.place(&poses.pose(place)).unwrap();
-            single.translation_compliance()
-        });
+        let difference = from_single_poses(&robot, &physics, &map, &poses);
         assert!(difference < AGREES, "mechanism {mechanism}: {difference:e}");
         assert!(map.failed.is_empty());
         assert!(
@@ -111,7 +160,7 @@ fn every_mechanism_as_one_pose_at_a_time() {
 
 #[test]
 fn linear_physics_is_exact_and_its_method_said() {
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(Sampling::LowDiscrepancy, 40, 1));
     for (effects, word) in [
         (
@@ -145,23 +194,7 @@ fn linear_physics_is_exact_and_its_method_said() {
         assert!(method.iter().any(|part| part.contains(word)), "{method:?}");
         let map = StiffnessMap::over(&model, &poses, &all_columns()).unwrap();
         let difference = largest_difference(&map, &poses, |place| {
-            let pose = poses.pose(place);
-            let joints = physics
-                .joints_under(&robot, &factors(&robot), &pose, [0.0; 3])
-                .unwrap();
-            let theory = Theory::EulerBernoulli;
-            let mut single = Predictor::with(
-                &robot,
-                &physics.mechanism,
-                &joints,
-                theory,
-                &factors(&robot),
-            )
-            .unwrap();
-            single.place(&pose).unwrap();
-            physics
-                .with_base(&single.compliance(), single.model())
-                .translation()
+            under_force(&robot, &physics, &poses.pose(place), [0.0; 3]).translation()
         });
         assert!(difference < AGREES, "{effects:?}: {difference:e}");
     }
@@ -169,7 +202,7 @@ fn linear_physics_is_exact_and_its_method_said() {
 
 #[test]
 fn laws_that_are_not_linear_have_their_secant_at_the_load() {
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(Sampling::Grid, 12, 0));
     let physics = physics(
         &robot,
@@ -196,17 +229,7 @@ fn laws_that_are_not_linear_have_their_secant_at_the_load() {
         for axis in 0..3 {
             let mut force_n = [0.0; 3];
             force_n[axis] = -60.0;
-            let pose = poses.pose(row);
-            let joints = physics
-                .joints_under(&robot, &factors, &pose, force_n)
-                .unwrap();
-            let theory = Theory::EulerBernoulli;
-            let mut single =
-                Predictor::with(&robot, &physics.mechanism, &joints, theory, &factors).unwrap();
-            single.place(&pose).unwrap();
-            let expected = physics
-                .with_base(&single.compliance(), single.model())
-                .direct(axis);
+            let expected = under_force(&robot, &physics, &poses.pose(row), force_n).direct(axis);
             // A secant goes through the joint's twist and back: 1e-7, as in the tests of the laws.
             let found = map.stiffness_n_per_m(row, axis);
             assert!((found * expected - 1.0).abs() < 1e-7, "{row} {axis}");
@@ -223,7 +246,7 @@ fn low_discrepancy_is_more_even_than_chance() {
     let (width, height, leg) = (44.93, 51.97, 41.63);
     let (whole, corner) = (width * height, 0.5 * leg * leg);
     let mean = 352.51 + (whole * 0.5 * width - corner * leg / 3.0) / (whole - corner);
-    let robot = robot();
+    let robot = hp_robot();
     for (sampling, bound) in [
         (Sampling::LowDiscrepancy, 0.01),
         (Sampling::Grid, 0.02),
@@ -243,7 +266,7 @@ fn low_discrepancy_is_more_even_than_chance() {
 
 #[test]
 fn a_grid_has_at_least_the_poses_asked_for_and_no_more_than_it_must() {
-    let robot = robot();
+    let robot = hp_robot();
     for wanted in [1, 2, 7, 100, 5_000] {
         let poses = draw(&robot, &plan(Sampling::Grid, wanted, 0));
         assert!(poses.len() >= wanted);
@@ -260,7 +283,7 @@ fn a_grid_has_at_least_the_poses_asked_for_and_no_more_than_it_must() {
 
 #[test]
 fn variables_that_leave_the_plane_alone_are_known() {
-    let robot = robot();
+    let robot = hp_robot();
     let held = variables_beside_the_plane(
         &robot,
         robot.mechanism(None).unwrap(),
@@ -272,7 +295,7 @@ fn variables_that_leave_the_plane_alone_are_known() {
 
 #[test]
 fn variables_of_another_plane() {
-    let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+    let robot = robot("serial-arm");
     let mechanism = robot.mechanism(None).unwrap();
     let held = |axes: [&str; 2]| {
         let axes = axes.map(|axis| axis.parse().unwrap());
@@ -291,24 +314,21 @@ fn the_cartesian_stiffness_is_the_inverse_of_the_compliance() {
         ("serial-arm", &[][..], 60),
         ("hp-robot", &["theta1"][..], 20),
     ] {
-        let robot = Robot::parse(&shipped_robot(name).unwrap()).unwrap();
-        let mechanism = robot.mechanism(None).unwrap();
-        let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
+        let robot = robot(name);
+        let physics = acting(&robot, None, &[]);
         let factors = robot.default_factors().1;
         let plan = PosePlan {
-            sampling: Sampling::LowDiscrepancy,
-            poses: count,
-            seed: 4,
             held: held.iter().map(|name| (*name).to_owned()).collect(),
+            ..plan(Sampling::LowDiscrepancy, count, 4)
         };
-        let poses = PoseSample::draw(&robot, &plan, Shard::WHOLE).unwrap();
+        let poses = draw(&robot, &plan);
         let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
         let mut columns = MapColumn::axes_of_rotation();
         columns.extend(MapColumn::principal_of_rotation());
         let matrix = Some(MatrixKind::Stiffness);
         let map = StiffnessMap::with_matrix(&model, &poses, &columns, matrix).unwrap();
         assert_eq!((map.len(), poses.free.len()), (count, 4 - held.len()));
-        let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
+        let mut predictor = Predictor::new(&robot, &physics.mechanism, &factors).unwrap();
         for row in 0..map.len() {
             predictor.place(&poses.pose(row)).unwrap();
             let compliance = predictor.compliance().0;
@@ -335,7 +355,7 @@ fn the_cartesian_stiffness_is_the_inverse_of_the_compliance() {
 
 #[test]
 fn a_batch_has_the_numbers_of_the_map() {
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 2));
     // A joint that yields and a base that rocks.
     let physics = physics(
@@ -366,11 +386,7 @@ fn a_batch_has_the_numbers_of_the_map() {
 #[test]
 fn a_batch_marks_what_cannot_be_taken() {
     // With a rod of 0.500 m, loop F closes only where theta4 is large.
-    let mut source = shipped_robot("hp-robot").unwrap();
-    source.text = source
-        .text
-        .replace(r#"[["F7", "l_A5F8"]"#, r#"[["F7", 0.500]"#);
-    let robot = Robot::parse(&source).unwrap();
+    let robot = hp_robot_with(r#"[["F7", "l_A5F8"]"#, r#"[["F7", 0.500]"#);
     let physics = physics(&robot, "F", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let mut values = robot.nominal_pose().angles_deg.repeat(3);
@@ -397,7 +413,7 @@ proptest! {
     fn shares_are_the_whole_however_it_is_split(
         count in 1_usize..9, poses in 1_usize..300, seed in any::<u64>(), sampling in 0_usize..3,
     ) {
-        let robot = robot();
+        let robot = hp_robot();
         let plan = plan(SAMPLINGS[sampling], poses, seed);
         let whole = draw(&robot, &plan);
         let mut found: Vec<(u64, Vec<f64>)> = Vec::new();
@@ -417,14 +433,14 @@ proptest! {
 
 #[test]
 fn more_poses_of_a_seed_begin_with_the_same() {
-    let robot = robot();
+    let robot = hp_robot();
     for sampling in [Sampling::MonteCarlo, Sampling::LowDiscrepancy] {
-        let few = draw(&robot, &plan(sampling, 100, 4));
-        let many = draw(&robot, &plan(sampling, 250, 4));
-        assert_eq!(many.ids[..100], few.ids);
-        assert!((0..100).all(|place| many.pose(place) == few.pose(place)));
-        let other = draw(&robot, &plan(sampling, 100, 5));
-        assert!((0..100).all(|place| other.pose(place) != few.pose(place)));
+        let few = draw(&robot, &plan(sampling, 500, 4));
+        let many = draw(&robot, &plan(sampling, 600, 4));
+        assert_eq!(many.ids[..500], few.ids);
+        assert!((0..500).all(|place| many.pose(place) == few.pose(place)));
+        let other = draw(&robot, &plan(sampling, 500, 5));
+        assert!((0..500).all(|place| other.pose(place) != few.pose(place)));
     }
 }
 
@@ -444,7 +460,7 @@ fn made_up(values: &[f64]) -> StiffnessMap {
 }
 
 fn statistics(values: &[f64], sampling: Sampling) -> ColumnStatistics {
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(sampling, values.len(), 0));
     column_statistics(&made_up(values), &poses, sampling, 0).unwrap()
 }
@@ -487,7 +503,7 @@ const NUMPY_EXTREMES: [usize; 2] = [242, 996];
 #[test]
 fn rank_intervals_have_their_stated_coverage() {
     // Evenly distributed values, whose quantiles are their shares; 400 samples, so that 95 % has a standard error of 1.1 %.
-    let robot = robot();
+    let robot = hp_robot();
     let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 0));
     let mut hits = [0; 5];
     let samples = 400;
@@ -520,7 +536,7 @@ fn rank_intervals_have_their_stated_coverage() {
 #[test]
 fn the_stated_uncertainty_of_a_low_discrepancy_mean_holds() {
     // Means of 60 seeds about that of very many poses, in units of their own standard uncertainty: 15 degrees of freedom.
-    let robot = robot();
+    let robot = hp_robot();
     let physics = physics(&robot, "F", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let mean = |poses: usize, seed: u64| {
@@ -544,12 +560,8 @@ fn the_stated_uncertainty_of_a_low_discrepancy_mean_holds() {
 
 #[test]
 fn extremes_are_refined_to_the_limits() {
-    let robot = robot();
-    let poses = StudyPoses::new(
-        draw(&robot, &plan(Sampling::MonteCarlo, 2_000, 0)),
-        Sampling::MonteCarlo,
-        MapPlane::upright(robot.vertical),
-    );
+    let robot = hp_robot();
+    let poses = study_poses(&robot, Sampling::MonteCarlo, 2_000, 0);
     for mechanism in ["A", "F"] {
         let physics = physics(&robot, mechanism, &[]);
         let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
@@ -606,12 +618,8 @@ fn extremes_are_refined_to_the_limits() {
 
 #[test]
 fn regions_share_poses_and_area() {
-    let robot = robot();
-    let poses = StudyPoses::new(
-        draw(&robot, &plan(Sampling::LowDiscrepancy, 20_000, 0)),
-        Sampling::LowDiscrepancy,
-        MapPlane::upright(robot.vertical),
-    );
+    let robot = hp_robot();
+    let poses = study_poses(&robot, Sampling::LowDiscrepancy, 20_000, 0);
     let physics = physics(&robot, "A", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let map = StiffnessMap::over(&model, &poses.set, &MapColumn::axes()).unwrap();
@@ -670,14 +678,10 @@ type Characteristic = fn(&ColumnStatistics) -> f64;
 
 #[test]
 fn fit_uncertainty_is_that_of_changed_factors() {
-    let robot = robot();
+    let robot = hp_robot();
     let base = factors(&robot);
     let physics = physics(&robot, "F", &["base-compliance@x:c=0.2urad/(N*m)"]);
-    let poses = StudyPoses::new(
-        draw(&robot, &plan(Sampling::Grid, 300, 0)),
-        Sampling::Grid,
-        MapPlane::upright(robot.vertical),
-    );
+    let poses = study_poses(&robot, Sampling::Grid, 300, 0);
     // Axes, an oblique direction, the principal ones: three that fill a solution and others that do not.
     let mut columns = MapColumn::axes();
     columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
@@ -688,16 +692,9 @@ fn fit_uncertainty_is_that_of_changed_factors() {
         MechanismStudy::of(&model, map, &poses, covariance).unwrap()
     };
     // ln A and ln Iy of the beams known to 3 and 5 %, correlated by -0.6: differences of both by one standard uncertainty make the truth.
-    let mut covariance = FittedCovariance {
-        parameters: ModelParameter::CLASSES.to_vec(),
-        matrix: vec![vec![0.0; 8]; 8],
-        dof: Some(7.0),
-    };
-    covariance.matrix[0][0] = 0.03_f64.powi(2);
-    covariance.matrix[1][1] = 0.05_f64.powi(2);
-    covariance.matrix[0][1] = -0.6 * 0.03 * 0.05;
-    covariance.matrix[1][0] = covariance.matrix[0][1];
-    let found = study(&base, Some(&covariance));
+    let [a, iy] = [0.03_f64, 0.05];
+    let entries = [(0, 0, a * a), (1, 1, iy * iy), (0, 1, -0.6 * a * iy)];
+    let found = study(&base, Some(&covariance(&entries, Some(7.0))));
     let slope = |factor: usize| {
         // Central differences of 1e-3: truncation 1e-6 of the slope, rounding 1e-6 of it.
         let at = |sign: f64| {
@@ -720,7 +717,7 @@ fn fit_uncertainty_is_that_of_changed_factors() {
             (|s| s.mean.value, fit.mean),
         ];
         for (what, estimate) in whats {
-            let (a, b) = (0.03 * area(column, what), 0.05 * bending(column, what));
+            let (a, b) = (a * area(column, what), iy * bending(column, what));
             let expected = (a * a + b * b - 1.2 * a * b).sqrt();
             let ratio = estimate.standard_uncertainty / expected;
             assert!((ratio - 1.0).abs() < 1e-4, "{column}: {ratio}");
@@ -731,7 +728,7 @@ fn fit_uncertainty_is_that_of_changed_factors() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let robot = robot();
+    let robot = hp_robot();
     let physics = physics(&robot, "F", &[]);
     let study = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -739,19 +736,10 @@ fn any_number_of_threads_gives_the_same_bytes() {
             .build()
             .unwrap();
         pool.install(|| {
-            let poses = StudyPoses::new(
-                draw(&robot, &plan(Sampling::MonteCarlo, 5_000, 0)),
-                Sampling::MonteCarlo,
-                MapPlane::upright(robot.vertical),
-            );
+            let poses = study_poses(&robot, Sampling::MonteCarlo, 5_000, 0);
             let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
             let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
-            let mut covariance = FittedCovariance {
-                parameters: ModelParameter::CLASSES.to_vec(),
-                matrix: vec![vec![0.0; 8]; 8],
-                dof: None,
-            };
-            covariance.matrix[1][1] = 0.01;
+            let covariance = covariance(&[(1, 1, 0.01)], None);
             let study = MechanismStudy::of(&model, map, &poses, Some(&covariance)).unwrap();
             (study.map, study.columns)
         })
@@ -765,14 +753,8 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn poses_that_cannot_be_taken_are_listed_with_the_reason() {
     // A forearm rod of less than half its length: chain F closes in part of the workspace only.
-    let text = shipped_robot("hp-robot").unwrap().text;
-    let text = text.replace(r#"[["F6", "l_A4A5"]"#, r#"[["F6", 0.200]"#);
-    let robot = Robot::parse(&SourceText::new("short.toml", text)).unwrap();
-    let poses = StudyPoses::new(
-        draw(&robot, &plan(Sampling::MonteCarlo, 400, 2)),
-        Sampling::MonteCarlo,
-        MapPlane::upright(robot.vertical),
-    );
+    let robot = hp_robot_with(r#"[["F6", "l_A4A5"]"#, r#"[["F6", 0.200]"#);
+    let poses = study_poses(&robot, Sampling::MonteCarlo, 400, 2);
     let physics = physics(&robot, "F", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
@@ -782,13 +764,7 @@ fn poses_that_cannot_be_taken_are_listed_with_the_reason() {
             .iter()
             .all(|(_, reason)| reason.contains("does not close"))
     );
-    let difference = {
-        let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
-        largest_difference(&map, &poses.set, |place| {
-            single.place(&poses.set.pose(place)).unwrap();
-            single.translation_compliance()
-        })
-    };
+    let difference = from_single_poses(&robot, &physics, &map, &poses.set);
     // Loops near folding flat lose more.
     assert!(difference < 1e-6, "{difference:e}");
     let study = MechanismStudy::of(&model, map, &poses, None).unwrap();

@@ -317,6 +317,7 @@ pub(super) fn free_variables(robot: &Robot, held: &[String]) -> Result<Vec<usize
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::hp_robot;
     use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::source_text::SourceText;
 
@@ -330,29 +331,12 @@ mod tests {
         PoseSample::draw(robot, &plan, Shard::WHOLE)
     }
 
-    fn paper_robot() -> Robot {
-        Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-    }
-
-    #[test]
-    fn more_poses_of_a_seed_begin_with_the_same_poses() {
-        let robot = paper_robot();
-        let all = |poses, seed| {
-            let sample = draw(&robot, poses, seed).unwrap();
-            (0..sample.len())
-                .map(|one| sample.pose(one))
-                .collect::<Vec<Pose>>()
-        };
-        assert_eq!(all(600, 7)[..500], all(500, 7)[..]);
-        assert_ne!(all(500, 8), all(500, 7));
-    }
-
     #[test]
     fn acceptance_is_the_share_of_the_box() {
         // theta2 - theta3 < 52.17 cuts a triangle off the box: 352.51 - 290 = 62.51, 352.51 - 341.97 = 10.54, so that the legs are
         // 52.17 - 10.54 = 41.63 degrees each, of 44.93 × 51.97.
         let share = 1.0 - 0.5 * 41.63_f64.powi(2) / (44.93 * 51.97);
-        let sample = draw(&paper_robot(), 30_000, 1).unwrap();
+        let sample = draw(&hp_robot(), 30_000, 1).unwrap();
         let rate = sample.len() as f64 / sample.drawn as f64;
         // Four standard deviations of a count.
         let bound = 4.0 * (share * (1.0 - share) / sample.drawn as f64).sqrt();

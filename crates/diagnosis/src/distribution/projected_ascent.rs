@@ -259,7 +259,7 @@ fn linear_limits(robot: &Robot, free: &[usize], pose: &Pose) -> Vec<LinearLimit>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiffbench_test_files::shipped_robot;
+    use crate::tests::robot;
 
     /// A height over one angle, degrees.
     struct AngleProfile(fn(f64) -> f64, usize);
@@ -275,7 +275,7 @@ mod tests {
 
     /// Where an ascent ends over the second axis of the shipped arm, which has limits at 10 and 110 degrees.
     fn top(profile: fn(f64) -> f64, start_deg: f64) -> f64 {
-        let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+        let robot = robot("serial-arm");
         let axis = robot
             .variables
             .iter()

@@ -184,16 +184,15 @@ fn ln_stiffness(runs: &[RunSums], times: &[u32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::refit::tests::cells_of;
-    use crate::fit::{CellModel, MeasuredCell, WeightBasis};
+    use crate::fit::CellModel;
+    use crate::fit::refit::tests::{cells_of, measured};
     use crate::parameters::FitRole;
-    use stiffbench_beams::robot::{ModelParameter, Robot};
-    use stiffbench_test_files::shipped_robot;
-    use stiffbench_units_and_text::test_point::Cell;
+    use crate::tests::hp_robot;
+    use stiffbench_beams::robot::ModelParameter;
 
     #[test]
     fn cells_drawn_again_give_the_standard_error_that_allows_for_unequal_scatter() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let robot = hp_robot();
         let mechanism = robot.mechanism(Some("F")).unwrap();
         let start = robot.factor_set("m_fsd").unwrap();
         let cells = cells_of(&robot);
@@ -201,23 +200,8 @@ mod tests {
             CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
         let truth = model.stiffness(&start).unwrap();
         let off = |place: usize| 0.01 * ((7 * place) % 5) as f64 - 0.02;
-        let measured_cell = |(place, (cell, k)): (usize, (&Cell, &f64))| MeasuredCell {
-            cell: cell.clone(),
-            line: 0,
-            stiffness_n_per_m: k * f64::exp(off(place)),
-            ln_uncertainty: None,
-            reading_noise: None,
-        };
-        let measured = MeasuredStiffness {
-            cells: cells
-                .iter()
-                .zip(&truth)
-                .enumerate()
-                .map(measured_cell)
-                .collect(),
-            basis: WeightBasis::Equal,
-            ..MeasuredStiffness::default()
-        };
+        let read = truth.iter().enumerate();
+        let measured = measured(&cells, read.map(|(place, k)| k * f64::exp(off(place))));
         let problem = FitProblem {
             robot: &robot,
             mechanism,

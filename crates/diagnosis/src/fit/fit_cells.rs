@@ -105,21 +105,19 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         is_held_out,
     );
     outcome.termination = fit.termination.to_string();
-    if let Some(covariance) = &profiled.covariance {
-        outcome.warnings = profiled.describe(
-            &parameters,
-            &mut outcome.estimates,
-            ["data", "other factors"],
-        );
-        outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
-        outcome.information = profiled.information(&parameters);
-        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
-    } else {
-        outcome.warnings.push(format!(
-            "{} and {} leave no degrees of freedom: the values have no intervals",
+    outcome.warnings = profiled.describe(
+        &parameters,
+        &mut outcome.estimates,
+        ["data", "other factors"],
+        [
             counted(training.values(), "cell"),
-            counted(free, "free factor")
-        ));
+            counted(free, "free factor"),
+        ],
+    );
+    outcome.information = profiled.information(&parameters);
+    if let Some(covariance) = &profiled.covariance {
+        outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
+        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
     }
     if options.train.is_none() {
         let mut poses: Vec<&PoseId> = Vec::new();

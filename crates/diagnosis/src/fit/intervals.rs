@@ -159,16 +159,21 @@ impl Profiled {
     ///
     /// # Arguments
     /// - `names`: what the rows, and the further parameters, are called.
+    /// - `counts`: of the values and of the free parameters.
     pub(crate) fn describe(
         &self,
         parameters: &FitParameters,
         estimates: &mut [FactorEstimate],
         names: [&str; 2],
+        counts: [String; 2],
     ) -> Vec<String> {
-        let mut warnings = Vec::new();
         let Some(covariance) = &self.covariance else {
-            return warnings;
+            return vec![format!(
+                "{} leave no degrees of freedom: the values have no intervals",
+                counts.join(" and ")
+            )];
         };
+        let mut warnings = Vec::new();
         for &place in &self.free {
             let found = &covariance.estimates[place];
             estimates[place].describe(parameters, place, found, names);

@@ -275,16 +275,12 @@ fn predict_run(
 mod tests {
     use super::*;
     use crate::fit::CellModel;
+    use crate::tests::hp_robot;
     use stiffbench_beams::physics::{ActingPhysics, Effect};
     use stiffbench_measurement::stiffness::Method;
-    use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
     const CLASSES: [ModelParameter; 8] = ModelParameter::CLASSES;
-
-    fn robot() -> Robot {
-        Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-    }
 
     fn physics(robot: &Robot, effects: &[&str], method: Method) -> FixedPhysics {
         let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
@@ -293,6 +289,12 @@ mod tests {
             ActingPhysics::new(robot, mechanism, effects).unwrap(),
             method,
         )
+    }
+
+    /// The same mechanism without effects.
+    fn beams<'a>(robot: &'a Robot, cells: &[Cell]) -> CellModel<'a> {
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        CellModel::new(robot, mechanism, &CLASSES, cells).unwrap()
     }
 
     fn cells() -> Vec<Cell> {
@@ -305,29 +307,23 @@ mod tests {
 
     #[test]
     fn without_effects_stiffness_and_shares_are_those_of_the_beams() {
-        let robot = robot();
+        let robot = hp_robot();
         let factors = robot.factor_set("m_fsd").unwrap();
         let cells = cells();
-        let mut beams = CellModel::new(
-            &robot,
-            robot.mechanism(Some("F")).unwrap(),
-            &CLASSES,
-            &cells,
-        )
-        .unwrap();
-        let mut expected = vec![0.0; cells.len()];
-        let mut expected_shares = vec![Vec::new(); cells.len()];
-        beams
-            .evaluate(&factors, &mut expected, Some(&mut expected_shares))
-            .unwrap();
-        for method in [Method::Regression, Method::PaperMean] {
-            let physics = physics(&robot, &[], method);
-            let mut model = CellModel::with_physics(&robot, &physics, &CLASSES, &cells).unwrap();
+        let mut beams = beams(&robot, &cells);
+        let evaluated = |model: &mut CellModel<'_>| {
             let mut stiffness = vec![0.0; cells.len()];
             let mut shares = vec![Vec::new(); cells.len()];
             model
                 .evaluate(&factors, &mut stiffness, Some(&mut shares))
                 .unwrap();
+            (stiffness, shares)
+        };
+        let (expected, expected_shares) = evaluated(&mut beams);
+        for method in [Method::Regression, Method::PaperMean] {
+            let physics = physics(&robot, &[], method);
+            let mut model = CellModel::with_physics(&robot, &physics, &CLASSES, &cells).unwrap();
+            let (stiffness, shares) = evaluated(&mut model);
             for (cell, (k, expected)) in stiffness.iter().zip(&expected).enumerate() {
                 assert!((k / expected - 1.0).abs() < 1e-8, "{k} {expected}");
                 for (share, expected) in shares[cell].iter().zip(&expected_shares[cell]) {
@@ -340,7 +336,7 @@ mod tests {
     #[test]
     fn stand_and_force_gauge_change_the_stiffness_by_their_formulas() {
         // The stand is linear: 1/K grows by its compliance.
-        let robot = robot();
+        let robot = hp_robot();
         let factors = robot.factor_set("m_fsd").unwrap();
         let cells = cells();
         let stand = physics(
@@ -348,13 +344,7 @@ mod tests {
             &["gauge-stand-compliance@y:c=1um/N"],
             Method::PaperMean,
         );
-        let mut beams = CellModel::new(
-            &robot,
-            robot.mechanism(Some("F")).unwrap(),
-            &CLASSES,
-            &cells,
-        )
-        .unwrap();
+        let mut beams = beams(&robot, &cells);
         let plain = beams.stiffness(&factors).unwrap();
         let mut model = CellModel::with_physics(&robot, &stand, &CLASSES, &cells).unwrap();
         let with_stand = model.stiffness(&factors).unwrap();
@@ -384,7 +374,7 @@ mod tests {
 
     #[test]
     fn a_load_turned_too_far_has_no_stiffness_to_compare() {
-        let robot = robot();
+        let robot = hp_robot();
         let cells = cells();
         let physics = physics(
             &robot,
@@ -401,7 +391,7 @@ mod tests {
 
     #[test]
     fn a_reading_without_a_value_is_named() {
-        let robot = robot();
+        let robot = hp_robot();
         let cells = cells();
         let physics = physics(
             &robot,

@@ -92,8 +92,8 @@ pub(super) mod tests {
 
     use super::*;
     use crate::fit::{CellModel, MeasuredCell, MeasuredStiffness, WeightBasis};
+    use crate::tests::hp_robot;
     use stiffbench_beams::robot::{ModelParameter, Robot};
-    use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::{Cell, Direction};
 
     /// Every pose of a robot in every direction.
@@ -104,27 +104,36 @@ pub(super) mod tests {
             .collect()
     }
 
+    /// Stiffness of cells that all weigh the same.
+    pub(in crate::fit) fn measured(
+        cells: &[Cell],
+        stiffness_n_per_m: impl Iterator<Item = f64>,
+    ) -> MeasuredStiffness {
+        let cells = cells.iter().zip(stiffness_n_per_m);
+        let measured_cell = |(cell, stiffness_n_per_m): (&Cell, f64)| MeasuredCell {
+            cell: cell.clone(),
+            line: 0,
+            stiffness_n_per_m,
+            ln_uncertainty: None,
+            reading_noise: None,
+        };
+        MeasuredStiffness {
+            cells: cells.map(measured_cell).collect(),
+            basis: WeightBasis::Equal,
+            ..MeasuredStiffness::default()
+        }
+    }
+
     #[test]
     fn refits_without_weights_all_converge_and_scatter_about_the_truth() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let robot = hp_robot();
         let mechanism = robot.mechanism(Some("F")).unwrap();
         let start = robot.factor_set("m_fsd").unwrap();
         let cells = cells_of(&robot);
         let mut model =
             CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
         let truth = model.stiffness(&start).unwrap();
-        let measured_cell = |(cell, k): (&Cell, &f64)| MeasuredCell {
-            cell: cell.clone(),
-            line: 0,
-            stiffness_n_per_m: *k,
-            ln_uncertainty: None,
-            reading_noise: None,
-        };
-        let measured = MeasuredStiffness {
-            cells: cells.iter().zip(&truth).map(measured_cell).collect(),
-            basis: WeightBasis::Equal,
-            ..MeasuredStiffness::default()
-        };
+        let measured = measured(&cells, truth.iter().copied());
         let problem = FitProblem {
             robot: &robot,
             mechanism,

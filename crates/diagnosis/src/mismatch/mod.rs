@@ -62,8 +62,8 @@ pub use observed::{
 pub use problem::{GivenNoise, SearchOptions, given_noise, noise_alone};
 pub use screen::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData, screen_data};
 pub(crate) use screen::{
-    Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake, kept, misread_factor, usual_factors_of_lengths,
+    Exchanged, FoundMistake, NamedValue, RecordedValues, ValueChange, ValueFit, ValueModel,
+    ValueName, ValueScale, find_mistake, kept, misread_factor, usual_factors_of_lengths,
 };
 pub use unexplained::{
     Contrast, ExplainedShare, Located, Location, MapEntry, Omnibus, OmnibusTest, STRATUM_LEVEL,

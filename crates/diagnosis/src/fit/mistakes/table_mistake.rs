@@ -12,8 +12,8 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{
-    Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake, usual_factors_of_lengths,
+    Exchanged, FoundMistake, NamedValue, RecordedValues, ValueChange, ValueFit, ValueModel,
+    ValueName, ValueScale, find_mistake, usual_factors_of_lengths,
 };
 use crate::search::constants::{MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
 use crate::search::norm;
@@ -83,14 +83,15 @@ pub fn table_mistake(
     if options.train.is_some() {
         return Ok(None);
     }
-    let mut rows = MisreadRows::new(model, options, fit)?;
+    let (read, mut rows) = MisreadRows::new(model, options, fit)?;
     if rows.set.free_indices().is_empty() {
         return Ok(None);
     }
     let has_positions = model.posed.has_positions();
-    let found = (!has_positions).then(|| find_mistake(&mut rows)).flatten();
+    let found = (!has_positions).then(|| find_mistake(&read, &mut rows));
+    let found = found.flatten();
     let left = found.as_ref().map(|found| found.fit.squares);
-    let whole = whole_table(model, options, fit, &mut rows);
+    let whole = whole_table(model, options, fit, (&read.values, &mut rows));
     Ok(match whole {
         Some((after, mistake)) if left.is_none_or(|left| after < left) => Some(mistake),
         _ => found.map(|found| named(model.posed, &found)),
@@ -119,21 +120,20 @@ fn named(posed: &PosedLoadCases, found: &FoundMistake) -> TableMistake {
     }
 }
 
-/// The readings of a table with the model that is fitted to them.
+/// The model that is fitted to the readings of a table.
 struct MisreadRows<'a> {
-    names: Vec<ValueName>,
-    /// m and rad.
-    read: Vec<NamedValue>,
     /// Under the scatter of each kind of rows without a part that grows with the load: a mistake of the table must not pass for it.
     problem: LoadCaseProblem<'a>,
     /// The coordinates, from where the parameters start: a mistake may have drawn a fit far away.
     set: ParameterSet,
-    has_repeats: bool,
 }
 
 impl<'a> MisreadRows<'a> {
     /// # Arguments
     /// - `fit`: of the model with these options.
+    ///
+    /// # Returns
+    /// The readings, m and rad, beside it.
     ///
     /// # Errors
     /// [`FitError`] for a structure that carries nothing.
@@ -141,7 +141,7 @@ impl<'a> MisreadRows<'a> {
         model: &LoadCaseModel<'a>,
         options: &FitOptions,
         fit: &FitOutcome,
-    ) -> Result<Self, FitError> {
+    ) -> Result<(RecordedValues, Self), FitError> {
         let posed = model.posed;
         let sd = plain_sd(posed, fit);
         let read = posed.rows().zip(kinds(posed));
@@ -152,17 +152,22 @@ impl<'a> MisreadRows<'a> {
         let scatter = RowScatter::plain(posed, model.steps, sd);
         let tracker = model.tracker()?;
         let parameters = model.parameters(&options.choice, tracker.as_ref())?.0;
-        Ok(Self {
+        let recorded = RecordedValues {
             names: names(posed),
-            read: read.collect(),
+            values: read.collect(),
+            scale: ValueScale::Linear,
+            fewest: FEWEST,
+            least_variance: f64::from(u8::from(scatter.series.has_repeats())),
+        };
+        let rows = Self {
             set: coordinates(&parameters, tracker.as_ref())?,
-            has_repeats: scatter.series.has_repeats(),
             problem: LoadCaseProblem::new(*model, &parameters, scatter, tracker.as_ref())?,
-        })
+        };
+        Ok((recorded, rows))
     }
 
     /// Whether a fit leaves so much that it may have taken a mistake for its parameters.
-    fn leaves_much(&self, fit: &ValueFit) -> bool {
+    fn leaves_much(&self, read: &[NamedValue], fit: &ValueFit) -> bool {
         let posed = self.problem.posed();
         // Where a tracker stands is no part of what a robot does.
         let mut means: HashMap<usize, (f64, f64)> = HashMap::new();
@@ -170,7 +175,7 @@ impl<'a> MisreadRows<'a> {
             let (sum, count) = means.entry(read.component).or_default();
             (*sum, *count) = (*sum + read.value, *count + 1.0);
         }
-        let squares = self.read.iter().zip(posed.rows()).map(|(one, (_, read))| {
+        let squares = read.iter().zip(posed.rows()).map(|(one, (_, read))| {
             let mean = means.get(&read.component);
             let mean = mean.map_or(0.0, |(sum, count)| sum / count);
             ((one.value - mean) / one.u).powi(2)
@@ -211,37 +216,13 @@ fn names(posed: &PosedLoadCases) -> Vec<ValueName> {
     all.collect()
 }
 
-impl MisreadValues for MisreadRows<'_> {
-    fn names(&self) -> &[ValueName] {
-        &self.names
-    }
-
-    fn values(&self) -> &[NamedValue] {
-        &self.read
-    }
-
-    fn scale(&self) -> ValueScale {
-        ValueScale::Linear
-    }
-
-    fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool {
-        !self.problem.is_linear() && self.leaves_much(as_recorded)
-    }
-
-    fn fewest(&self) -> usize {
-        FEWEST
-    }
-
+impl ValueModel for MisreadRows<'_> {
     fn free(&self) -> usize {
         self.set.free_indices().len()
     }
 
-    fn alternatives(&self) -> usize {
-        0
-    }
-
-    fn least_variance(&self) -> f64 {
-        f64::from(u8::from(self.has_repeats))
+    fn may_be_drawn(&self, read: &[NamedValue], as_recorded: &ValueFit) -> bool {
+        !self.problem.is_linear() && self.leaves_much(read, as_recorded)
     }
 
     fn fit(
@@ -350,25 +331,24 @@ fn whole_table(
     model: &LoadCaseModel<'_>,
     options: &FitOptions,
     fit: &FitOutcome,
-    rows: &mut MisreadRows<'_>,
+    (read, rows): (&[NamedValue], &mut MisreadRows<'_>),
 ) -> Option<(f64, TableMistake)> {
-    let read = rows.read.clone();
-    let before = rows.fit(&read, &|_| true, None, None)?;
-    if !rows.leaves_much(&before) {
+    let before = rows.fit(read, &|_| true, None, None)?;
+    if !rows.leaves_much(read, &before) {
         return None;
     }
     let tried = WholeChange::likely(model).into_iter().filter_map(|change| {
         // Poses that cannot be reached are none that the robot stood in.
-        let mut there = MisreadRows::new(&model.under(&change.posed), options, fit).ok()?;
-        let right = there.read.clone();
-        let after = there.fit(&right, &|_| true, None, None)?.squares;
+        let there = MisreadRows::new(&model.under(&change.posed), options, fit);
+        let (right, mut rows) = there.ok()?;
+        let after = rows.fit(&right.values, &|_| true, None, None)?.squares;
         // In the unit of what was recorded.
         Some((after / (change.longer * change.longer), change.mistake))
     });
     let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before.squares;
     let mut found: Vec<_> = tried.filter(|(after, _)| explains(*after)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let dof = (rows.read.len().saturating_sub(rows.free())).max(1) as f64;
+    let dof = (read.len().saturating_sub(rows.free())).max(1) as f64;
     let (least, _) = *found.first()?;
     found.retain(|(after, _)| dof * (after / least).ln() <= 2.0 * STRONG_EVIDENCE);
     // An arm without lateral offsets is its own mirror image with its first joint turned the other way.

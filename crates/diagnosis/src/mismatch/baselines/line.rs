@@ -184,9 +184,8 @@ fn add_run(table: &SpecimenTable, (run, zero): (usize, f64), out: &mut Observati
                 (Some(now), Some(then)) => now - then,
                 _ => 0.0,
             },
-            position_m: None,
-            seated_m: 0.0,
             is_unloaded: table.driver(reading) == 0.0,
+            ..LoadPoint::default()
         };
         out.push(observed, load, table.answer(reading) - zero);
     }

@@ -395,21 +395,18 @@ pub(crate) fn spring_columns(
 
 #[cfg(test)]
 mod tests {
-    use stiffbench_beams::robot::Robot;
-    use stiffbench_test_files::shipped_robot;
+    use stiffbench_units_and_text::test_point::PoseId;
 
     use super::*;
-    use crate::parameters::ParameterChoice;
+    use crate::tests::{baseline, hp_robot};
 
     /// A column with its loop is the structure with the spring in it, of any compliance: a hinge is one freedom.
     #[test]
     fn a_spring_changes_the_structure_as_its_column_says() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-        let mechanism = robot.mechanism(Some("C")).unwrap();
-        let poses: Vec<Pose> = robot.poses.iter().map(|one| one.pose.clone()).collect();
+        let robot = hp_robot();
+        let poses: Vec<PoseId> = robot.poses.iter().map(|one| one.id.clone()).collect();
         let (_, factors) = robot.default_factors();
-        let choice = ParameterChoice::default();
-        let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, &choice, 0.0).unwrap();
+        let baseline = baseline(&robot, "C", factors, &poses);
         let start: Vec<f64> = baseline.parameters().iter().map(|one| one.start).collect();
         let columns = spring_columns(&baseline, &start).unwrap();
         let in_loops = columns.iter().filter(|one| one.loop_stiffness[0] > 1.0);

@@ -56,8 +56,7 @@ pub(crate) fn scored_beginnings(
     let largest =
         |observations: &Observations| largest_fall(problem, observations, &state, options);
     let virgin = largest(observations)?;
-    let independent =
-        problem.independent_values(&state, &mut problem.predictor(), &state.fitted.model)?;
+    let independent = problem.independent_values(&state, &state.fitted.model)?;
     let independent = independent.unwrap_or(observations.len() as f64);
     let left = |fall: f64| (squares - fall).max(f64::MIN_POSITIVE);
     let log_bayes = |beginnings: Beginnings| -> Result<(f64, Observations), MismatchError> {
@@ -195,7 +194,7 @@ pub(crate) fn log_bayes_over(
     let squares = [state, other.1].map(|state| state.fitted.squares.max(f64::MIN_POSITIVE));
     // As many independent values as the better of the two leaves.
     let independent_values = |problem: &DiagnosisProblem<'_>, state: &State| {
-        problem.independent_values(state, &mut problem.predictor(), &state.fitted.model)
+        problem.independent_values(state, &state.fitted.model)
     };
     let independent = if squares[0] <= squares[1] {
         independent_values(problem, state)?
@@ -268,7 +267,7 @@ fn best_of_order(
         let there = begun(&loads);
         let problem = problem.with_readings(&there);
         let refit = problem.refit(&state.whitening);
-        let Some(fitted) = refit.fit(&mut problem.predictor(), &best.model) else {
+        let Some(fitted) = refit.fit(&best.model) else {
             return Ok(None);
         };
         best = fitted;
@@ -285,7 +284,7 @@ fn left_in_stretches(
 ) -> Result<Vec<f64>, MismatchError> {
     let problem = problem.with_readings(begun);
     let refit = problem.refit(&state.whitening);
-    let left = refit.residuals(&mut problem.predictor(), model)?;
+    let left = refit.residuals(model)?;
     let squares = |readings: std::ops::Range<usize>| match &left {
         Some(left) => left[readings].iter().map(|one| one * one).sum(),
         None => f64::INFINITY,

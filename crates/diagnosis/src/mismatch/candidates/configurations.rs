@@ -115,8 +115,7 @@ pub(crate) fn changing_sizes(
     let slopes = &state.fitted.model.parameters;
     let largest =
         |observations: &Observations| largest_fall(problem, observations, &state, options);
-    let independent =
-        problem.independent_values(&state, &mut problem.predictor(), &state.fitted.model)?;
+    let independent = problem.independent_values(&state, &state.fitted.model)?;
     let Some(independent) = independent else {
         return Ok(None);
     };

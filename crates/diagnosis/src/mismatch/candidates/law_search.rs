@@ -104,9 +104,7 @@ impl Candidates<'_, '_> {
         state: &State,
         seed: u64,
     ) -> Result<LawCriticalValues, MismatchError> {
-        let slopes = self
-            .problem
-            .slope(&mut self.problem.predictor(), &state.fitted.model)?;
+        let slopes = self.problem.slope(&state.fitted.model)?;
         let patterns = Patterns::new(self.problem.observations, &slopes.compliance);
         let rounded = self.problem.rounded(state)?;
         let null_vectors = rounded
@@ -166,7 +164,7 @@ impl Candidates<'_, '_> {
         for (term, one) in resolved.iter().enumerate().filter(|_| resolved.len() > 1) {
             if !search.is_term(&state, term, &one.ranked[0]) {
                 let mut model = one.ranked[0].fitted.model.clone();
-                model.effects[self.problem.known_effects.len() + term..].rotate_right(1);
+                model.effects[search.place_of(term)..].rotate_right(1);
                 state = self
                     .problem
                     .alternate(model, options.noise)?
@@ -230,7 +228,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
     type Error = MismatchError;
 
     fn most_terms(&self) -> usize {
-        if self.candidates.problem.observations.is_recording() {
+        if self.problem().observations.is_recording() {
             MOST_OF_A_PART
         } else {
             MOST_EFFECTS
@@ -243,7 +241,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
         scores: &CandidateScores,
         found: &State,
     ) -> Result<Vec<Ranked>, MismatchError> {
-        let observations = self.candidates.problem.observations;
+        let observations = self.problem().observations;
         let left = found.fitted.squares / observations.len() as f64;
         let has_pairs = observations.is_recording() && self.depth == Depth::Pairs;
         if !has_pairs || left < MORE_THAN_NOISE {
@@ -270,7 +268,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn fits_better(&self, model: &State, other: &State) -> bool {
         let [own, of_other] = [model, other].map(|state| state.fitted.squares);
-        if self.candidates.problem.observations.is_recording() {
+        if self.problem().observations.is_recording() {
             own < CLEARLY_LOWER * of_other
         } else {
             own < of_other - LOWER
@@ -278,7 +276,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn terms(&self, state: &State) -> usize {
-        state.fitted.model.effects.len() - self.candidates.problem.known_effects.len()
+        state.fitted.model.effects.len() - self.place_of(0)
     }
 
     fn score(&self, state: &State) -> Result<CandidateScores, MismatchError> {
@@ -320,15 +318,13 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn is_term(&self, state: &State, term: usize, ranked: &Ranked) -> bool {
-        same(
-            &state.fitted.model.effects[self.candidates.problem.known_effects.len() + term],
-            &ranked.effect,
-        )
+        let own = &state.fitted.model.effects[self.place_of(term)];
+        same(own, &ranked.effect)
     }
 
     fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
         let model = ranked.fitted.model.clone();
-        self.candidates.problem.alternate(model, self.options.noise)
+        self.problem().alternate(model, self.options.noise)
     }
 
     fn under_covariance_of(
@@ -337,21 +333,18 @@ impl ForwardProblem for LawSearch<'_, '_> {
         other: &State,
     ) -> Result<Option<State>, MismatchError> {
         let model = state.fitted.model.clone();
-        self.candidates
-            .problem
+        self.problem()
             .alternate(model, KnownNoise::Given(other.noise))
     }
 
     fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
-        let place = self.candidates.problem.known_effects.len() + effect;
-        let rest = state.fitted.model.without(place);
-        self.candidates
-            .problem
+        let rest = state.fitted.model.without(self.place_of(effect));
+        self.problem()
             .state_of(rest, KnownNoise::Given(state.noise))
     }
 
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
-        let observations = self.candidates.problem.observations;
+        let observations = self.problem().observations;
         let space = &scores.space;
         let is_jump = ranked.effect.law.is_of_one_run();
         let is_gradual = is_jump && ranked.against_gradual < -STRONG_EVIDENCE;
@@ -361,7 +354,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     /// Of a jump in a robot's run it is enough that a gradual change is not clearly likelier; of a part nothing is repeated.
     fn is_sharp(&self, ranked: &Ranked) -> bool {
-        self.candidates.problem.observations.object == TestObject::Robot
+        self.problem().observations.object == TestObject::Robot
             || ranked.against_gradual >= STRONG_EVIDENCE
     }
 
@@ -373,7 +366,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
-        let problem = self.candidates.problem;
+        let problem = self.problem();
         let observations = problem.observations;
         if observations.is_recording() {
             // What speaks for it is counted in parts that were left out.
@@ -388,7 +381,16 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 }
 
-impl LawSearch<'_, '_> {
+impl<'s, 'a> LawSearch<'s, 'a> {
+    pub(crate) fn problem(&self) -> &'s DiagnosisProblem<'a> {
+        self.candidates.problem
+    }
+
+    /// Where among the effects of a model a term stands: behind the known ones.
+    fn place_of(&self, term: usize) -> usize {
+        self.problem().known_effects.len() + term
+    }
+
     /// Puts what explains most of the misfit first, whatever was found first. Of equal whole percents, as they are printed, the order stays: it is
     /// that of the evidence.
     fn put_largest_first(&self, found: &mut SearchResult) -> Result<(), MismatchError> {
@@ -402,10 +404,9 @@ impl LawSearch<'_, '_> {
         if order.is_sorted() {
             return Ok(());
         }
-        let problem = self.candidates.problem;
-        let known = problem.known_effects.len();
+        let problem = self.problem();
         let mut model = found.after.fitted.model.clone();
-        let own = model.effects.split_off(known);
+        let own = model.effects.split_off(self.place_of(0));
         (model.effects).extend(order.iter().map(|&place| own[place].clone()));
         found.after = problem.state_of(model, KnownNoise::Given(found.after.noise))?;
         let resolved = order.iter().map(|&place| found.resolved[place].clone());

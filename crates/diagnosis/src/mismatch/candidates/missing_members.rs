@@ -72,21 +72,18 @@ impl Candidates<'_, '_> {
                 parameters: state.fitted.model.parameters.clone(),
                 effects: Vec::new(),
             };
-            let exact = self.problem.observations.with_displacements(
-                self.problem
-                    .predicted(&mut self.problem.predictor(), &base)?,
-            );
+            let exact = self.problem.predicted(&base)?;
+            let exact = self.problem.observations.with_displacements(exact);
             let change = |effect: Effect| {
                 let start = base.with(&effect);
-                let mut predictor = self.problem.predictor();
                 let refit = WeightedFit {
                     observations: &exact,
                     ..self.problem.refit(&state.whitening)
                 };
-                let fitted = refit.fit(&mut predictor, &start);
+                let fitted = refit.fit(&start);
                 let change_m = fitted
                     .map(|fitted| {
-                        let mut with = self.problem.predicted(&mut predictor, &fitted.model)?;
+                        let mut with = self.problem.predicted(&fitted.model)?;
                         subtract(&mut with, 1.0, &exact.displacement_m);
                         Ok::<_, MismatchError>(with)
                     })
@@ -149,12 +146,11 @@ impl Candidates<'_, '_> {
         if self.problem.baseline.variant(&start.effects).is_none() {
             return Ok(None);
         }
-        let mut predictor = self.problem.predictor();
         let refit = WeightedFit {
             warm_start: Some(WarmStart::Start),
             ..self.problem.refit(&state.whitening)
         };
-        let Some(fitted) = refit.fit(&mut predictor, &start) else {
+        let Some(fitted) = refit.fit(&start) else {
             return Ok(None);
         };
         let delta_chi2 = state.fitted.squares - fitted.squares;
@@ -162,9 +158,7 @@ impl Candidates<'_, '_> {
             return Ok(None);
         }
         let place = fitted.model.effects.len() - 1;
-        let (white, whole) =
-            self.problem
-                .effect_vector(&mut predictor, &fitted.model, place, space)?;
+        let (white, whole) = self.problem.effect_vector(&fitted.model, place, space)?;
         if dot(&white, &white) <= INVISIBLE_MEMBER {
             return Ok(None);
         }

@@ -73,20 +73,20 @@ fn is_normal(values: &[f64]) -> bool {
 mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, Gamma, StandardNormal};
+    use rand_distr::{Distribution, Gamma};
 
     use super::*;
     use crate::mismatch::observed::tests::observations;
     use crate::search::Covariance;
+    use crate::tests::normal;
 
     #[test]
     fn gamma_errors_are_distinguished_from_normal_and_uniform_ones() {
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let normal: Vec<f64> = (0..1000).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
         let gamma = Gamma::new(2.0, 1.0).unwrap();
         let skewed: Vec<f64> = (0..1000).map(|_| gamma.sample(&mut rng)).collect();
         let even: Vec<f64> = (0..1000).map(f64::from).collect();
-        assert!(is_normal(&normal));
+        assert!(is_normal(&normal(1000, 1)));
         assert!(!is_normal(&skewed));
         // A coarse gauge has errors that are spread evenly.
         assert!(is_normal(&even));

@@ -6,7 +6,7 @@ use stiffbench_beams::physics::{Effect, LoadPoint, TestObject};
 use super::sharpness::against_gradual_change;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseBasis;
-use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, ReadingPredictor, State};
+use crate::mismatch::problem::{DiagnosisProblem, FittedModel, Model, State};
 use crate::search::{FittedRows, WhiteSpace, dot, largest};
 
 /// Evidence for a law by how much less it leaves.
@@ -75,7 +75,6 @@ impl ScoredFit<'_> {
         &self,
         problem: &DiagnosisProblem<'_>,
         state: &State,
-        predictor: &mut ReadingPredictor<'_>,
         (space, residuals): (&WhiteSpace, &[f64]),
     ) -> Result<(Option<PartEvidence>, f64), MismatchError> {
         let model = &self.fitted.model;
@@ -83,7 +82,7 @@ impl ScoredFit<'_> {
             return Ok((None, f64::INFINITY));
         };
         let (before, after) = (state.fitted.squares, self.fitted.squares);
-        let independent = problem.independent_values(state, predictor, model)?;
+        let independent = problem.independent_values(state, model)?;
         let mut of_a_part = (state.noise.basis == NoiseBasis::Fit).then(|| {
             let of_shape = self.linear_delta_chi2;
             let falls = [before - after, of_shape];

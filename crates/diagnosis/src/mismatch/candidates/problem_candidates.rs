@@ -103,12 +103,11 @@ mod tests {
     use stiffbench_units_and_text::source_text::SourceText;
 
     use super::*;
-    use crate::mismatch::baselines::RobotBaseline;
     use crate::mismatch::candidates::law_search::{Depth, SearchResult};
     use crate::mismatch::observed::Observations;
     use crate::mismatch::problem::{SearchOptions, key_of};
-    use crate::parameters::ParameterChoice;
     use crate::search::Evidence;
+    use crate::tests::baseline;
 
     /// The model that a search ends with, and for each of its effects the ranked candidates.
     type Said = (StateKey, Vec<Vec<(Effect, Evidence)>>);
@@ -135,18 +134,8 @@ mod tests {
         let observations = Observations::new(&table.unwrap(), Some(&header.header));
         let robot = file("robots/serial-arm-more-poses.toml");
         let robot = Robot::parse(&SourceText::new("robot", robot)).unwrap();
-        let poses = observations.poses.iter();
-        let baseline = RobotBaseline::new(
-            &robot,
-            robot.mechanism(Some("A")).unwrap(),
-            robot.factor_set("m_fsd").unwrap(),
-            poses
-                .map(|pose| robot.pose(pose).unwrap().clone())
-                .collect(),
-            &ParameterChoice::default(),
-            0.0,
-        )
-        .unwrap();
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let baseline = baseline(&robot, "A", factors, &observations.poses);
         let options = SearchOptions::default();
         let problem = DiagnosisProblem::new(&baseline, &observations);
         let memo = CandidateMemo::default();

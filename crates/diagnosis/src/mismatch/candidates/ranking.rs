@@ -15,8 +15,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::hold_out::{HoldOut, unseen_parts};
 use crate::mismatch::observed::{Observations, ReadingNoise};
 use crate::mismatch::problem::{
-    FittedModel, LinearisedModel, Model, ReadingPredictor, State, StateKey, WarmStart, WeightedFit,
-    key_of, kinked,
+    FittedModel, LinearisedModel, Model, State, StateKey, WarmStart, WeightedFit, key_of, kinked,
 };
 use crate::search::constants::DISTINGUISHABLE;
 use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace};
@@ -110,8 +109,8 @@ impl Candidates<'_, '_> {
     fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.problem.space(state)?;
         let model = &state.fitted.model;
-        let mut predictor = self.problem.predictor();
-        let mut linearised = predictor.linearised(&model.parameters, &model.effects)?;
+        let mut linearised =
+            (self.problem.predictor()).linearised(&model.parameters, &model.effects)?;
         // About the first state that asks: where it stands matters little to what is worth a fit.
         let columns = || {
             let springs = self.problem.baseline.spring_columns(&model.parameters)?;
@@ -225,12 +224,7 @@ impl Candidates<'_, '_> {
         };
         let fitted: Vec<Option<Ranked>> = selected
             .par_iter()
-            .map_init(
-                || self.problem.predictor(),
-                |predictor, &(place, screened)| {
-                    self.fit_candidate(&context, predictor, &scores.seen[place], screened)
-                },
-            )
+            .map(|&(place, screened)| self.fit_candidate(&context, &scores.seen[place], screened))
             .collect::<Result<_, _>>()?;
         Ok(fitted.into_iter().flatten().collect())
     }
@@ -258,7 +252,6 @@ impl Candidates<'_, '_> {
     fn fit_candidate(
         &self,
         context: &FitContext<'_>,
-        predictor: &mut ReadingPredictor<'_>,
         seen: &ScoredCandidate,
         screened: BestShape,
     ) -> Result<Option<Ranked>, MismatchError> {
@@ -267,15 +260,9 @@ impl Candidates<'_, '_> {
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         context.polish(bounds, &mut effect);
         self.memo.fitted(&context.key, &effect, || {
-            let fitted = self.fit_from(context, predictor, bounds, &effect);
-            fitted.map_or(Ok(None), |fitted| {
-                self.ranked(
-                    context,
-                    predictor,
-                    (&seen.candidate, screened.best.delta_chi2),
-                    fitted,
-                )
-            })
+            let scored = (&seen.candidate, screened.best.delta_chi2);
+            let fitted = self.fit_from(context, bounds, &effect);
+            fitted.map_or(Ok(None), |fitted| self.ranked(context, scored, fitted))
         })
     }
 
@@ -283,7 +270,6 @@ impl Candidates<'_, '_> {
     fn fit_from(
         &self,
         context: &FitContext<'_>,
-        predictor: &mut ReadingPredictor<'_>,
         bounds: &[[f64; 2]],
         effect: &Effect,
     ) -> Option<FittedModel> {
@@ -297,10 +283,10 @@ impl Candidates<'_, '_> {
             warm_start: Some(WarmStart::Known(context.changes.linearised())),
             ..refit
         };
-        let mut fitted = first.fit(predictor, &start)?;
+        let mut fitted = first.fit(&start)?;
         // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > WORTH_A_SHAPE_SEARCH {
-            fitted = search_shape(&refit, predictor, bounds, fitted);
+            fitted = search_shape(&refit, bounds, fitted);
         }
         Some(fitted)
     }
@@ -309,7 +295,6 @@ impl Candidates<'_, '_> {
     fn ranked(
         &self,
         context: &FitContext<'_>,
-        predictor: &mut ReadingPredictor<'_>,
         (candidate, linear_delta_chi2): (&Candidate, f64),
         fitted: FittedModel,
     ) -> Result<Option<Ranked>, MismatchError> {
@@ -320,7 +305,7 @@ impl Candidates<'_, '_> {
         let last = fitted.model.effects.len() - 1;
         let (vector, whole) =
             self.problem
-                .effect_vector(predictor, &fitted.model, last, &context.scores.space)?;
+                .effect_vector(&fitted.model, last, &context.scores.space)?;
         let mut scratch = Vec::new();
         let shares =
             state
@@ -333,8 +318,7 @@ impl Candidates<'_, '_> {
             dof: state.noise.degrees_of_freedom(shares),
         };
         let seen = (&context.scores.space, &context.scores.residuals[..]);
-        let (of_a_part, against_gradual) =
-            scored.part_evidence(self.problem, state, predictor, seen)?;
+        let (of_a_part, against_gradual) = scored.part_evidence(self.problem, state, seen)?;
         Ok(Some(Ranked {
             wide: candidate.wide,
             evidence: Evidence {
@@ -430,8 +414,7 @@ fn search_by_ratios(mut ratio: f64, mut rise: impl FnMut(f64) -> f64) {
 
 /// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
 fn search_shape(
-    refit: &WeightedFit<'_>,
-    predictor: &mut ReadingPredictor<'_>,
+    refit: &WeightedFit<'_, '_>,
     bounds: &[[f64; 2]],
     start: FittedModel,
 ) -> FittedModel {
@@ -445,7 +428,7 @@ fn search_shape(
         let mut trial = best.model.clone();
         let moved = &mut trial.effects[last].values[value];
         *moved = (*moved * factor).clamp(lower, upper);
-        let Some(fitted) = refit.fit(predictor, &trial) else {
+        let Some(fitted) = refit.fit(&trial) else {
             return f64::INFINITY;
         };
         let share = fitted.squares / best.squares.max(f64::MIN_POSITIVE) - 1.0;

@@ -17,7 +17,7 @@ impl LawSearch<'_, '_> {
         &self,
         found: &mut SearchResult,
     ) -> Result<bool, MismatchError> {
-        if self.candidates.problem.observations.is_recording() {
+        if self.problem().observations.is_recording() {
             self.drop_stand_ins_of_a_part(found)
         } else {
             self.drop_stand_ins(found)
@@ -33,16 +33,11 @@ impl LawSearch<'_, '_> {
         let mut kept: Vec<bool> = Vec::new();
         for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead = unexplained(self.candidates.problem, &rest, &self.critical.unexplained)?
-                .delta_chi2
-                + BEYOND_PATTERNS;
+            let instead = unexplained(self.problem(), &rest, &self.critical.unexplained)?;
+            let instead = instead.delta_chi2 + BEYOND_PATTERNS;
             let needed = found.left.delta_chi2.max(instead);
-            kept.push(
-                resolved
-                    .ranked
-                    .iter()
-                    .any(|best| best.evidence.delta_chi2 > needed),
-            );
+            let mut ranked = resolved.ranked.iter();
+            kept.push(ranked.any(|best| best.evidence.delta_chi2 > needed));
         }
         self.keep(found, &kept)
     }
@@ -53,7 +48,7 @@ impl LawSearch<'_, '_> {
         let mut dropped = false;
         loop {
             let left = found.after.fitted.squares;
-            let beyond_noise = left - self.candidates.problem.observations.len() as f64;
+            let beyond_noise = left - self.problem().observations.len() as f64;
             let explained = (0..found.resolved.len()).map(|place| {
                 let rest = self.without(&found.after, place)?;
                 Ok::<_, MismatchError>(rest.fitted.squares - left)
@@ -76,15 +71,11 @@ impl LawSearch<'_, '_> {
         if kept.iter().all(|kept| *kept) {
             return Ok(false);
         }
-        let known = self.candidates.problem.known_effects.iter().map(|_| &true);
+        let known = self.problem().known_effects.iter().map(|_| &true);
         let mut keep = known.chain(kept);
         let mut model = found.after.fitted.model.clone();
         model.effects.retain(|_| *keep.next().unwrap_or(&true));
-        let Some(state) = self
-            .candidates
-            .problem
-            .alternate(model, self.options.noise)?
-        else {
+        let Some(state) = self.problem().alternate(model, self.options.noise)? else {
             return Ok(false);
         };
         let families: Vec<f64> = found
@@ -95,7 +86,7 @@ impl LawSearch<'_, '_> {
             .map(|(resolved, _)| resolved.family_p)
             .collect();
         found.resolved = self.rivals_of_each(&state, &families)?;
-        found.left = unexplained(self.candidates.problem, &state, &self.critical.unexplained)?;
+        found.left = unexplained(self.problem(), &state, &self.critical.unexplained)?;
         found.after = state;
         Ok(true)
     }

@@ -47,6 +47,16 @@ pub struct Truth {
     pub noise: TrialNoise,
 }
 
+impl Truth {
+    /// The same structure with other effects.
+    fn model(&self, effects: &[Effect]) -> Model {
+        Model {
+            parameters: self.parameters.clone(),
+            effects: effects.to_vec(),
+        }
+    }
+}
+
 /// Readings of a truth at the forces of a plan; the same seed gives the same readings.
 ///
 /// # Errors
@@ -180,7 +190,7 @@ pub fn standard_errors_between(
         return Ok(0.0);
     };
     let others = &truth.effects[..last];
-    let mut space = TrueSpace::new(baseline, plan, truth, others, &prior_sd(baseline))?;
+    let space = TrueSpace::new(baseline, plan, truth, others, &prior_sd(baseline))?;
     let mut with_rival = others.to_vec();
     with_rival.push(rival.clone());
     let own = space.vector(&truth.effects, last)?;
@@ -222,25 +232,17 @@ pub fn standard_errors_after_fit(
     let Some((_, others)) = truth.effects.split_last() else {
         return Ok(0.0);
     };
-    let model = |effects: &[Effect]| Model {
-        parameters: truth.parameters.clone(),
-        effects: effects.to_vec(),
-    };
     let planned = DiagnosisProblem::new(baseline, plan);
-    let predicted = |effects: &[Effect]| {
-        let predictor = &mut planned.predictor();
-        planned.predicted(predictor, &model(effects))
-    };
+    let predicted = |effects: &[Effect]| planned.predicted(&truth.model(effects));
     let exact = plan.with_displacements(predicted(&truth.effects)?);
     let mut on_robot = truth.effects.clone();
     on_robot.retain(|effect| !effect.law.is_gauge_error());
     let exact = exact.with_positions(&predicted(&on_robot)?);
 
     let problem = DiagnosisProblem::new(baseline, &exact);
-    let predictor = &mut problem.predictor();
     let noise = known_noise(truth);
-    let whitening = problem.whitening(predictor, &model(&[]), &noise)?;
-    let mut fit = |effects: &[Effect]| problem.refit(&whitening).fit(predictor, &model(effects));
+    let whitening = problem.whitening(&truth.model(&[]), &noise)?;
+    let fit = |effects: &[Effect]| problem.refit(&whitening).fit(&truth.model(effects));
     let with_rival: Vec<Effect> = others.iter().chain([rival]).cloned().collect();
     let (own, rest) = (fit(&truth.effects), fit(others));
     let from_its_values = fit(&with_rival).map(|fitted| fitted.squares);
@@ -266,8 +268,7 @@ pub fn standard_errors_after_fit(
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
 struct TrueSpace<'a> {
     problem: DiagnosisProblem<'a>,
-    predictor: ReadingPredictor<'a>,
-    parameters: &'a [f64],
+    truth: &'a Truth,
     space: WhiteSpace,
 }
 
@@ -280,42 +281,32 @@ impl<'a> TrueSpace<'a> {
         prior_sd: &[f64],
     ) -> Result<Self, MismatchError> {
         let problem = DiagnosisProblem::new(baseline, plan);
-        let mut predictor = problem.predictor();
-        let model = |effects: &[Effect]| Model {
-            parameters: truth.parameters.clone(),
-            effects: effects.to_vec(),
-        };
-        let whitening = problem.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
-        let columns = problem.columns(&mut predictor, &model(beside))?;
+        let whitening = problem.whitening(&truth.model(&[]), &known_noise(truth))?;
+        let columns = problem.columns(&truth.model(beside))?;
         let space = WhiteSpace::new(whitening.covariance, prior_sd, &columns);
         Ok(Self {
             problem,
-            predictor,
-            parameters: &truth.parameters,
+            truth,
             space,
         })
     }
 
     /// An effect beside others, white and projected.
-    fn vector(&mut self, effects: &[Effect], effect: usize) -> Result<Vec<f64>, MismatchError> {
-        let model = Model {
-            parameters: self.parameters.to_vec(),
-            effects: effects.to_vec(),
-        };
-        let (problem, space) = (&self.problem, &self.space);
-        let (white, _) = problem.effect_vector(&mut self.predictor, &model, effect, space)?;
+    fn vector(&self, effects: &[Effect], effect: usize) -> Result<Vec<f64>, MismatchError> {
+        let model = self.truth.model(effects);
+        let (white, _) = self.problem.effect_vector(&model, effect, &self.space)?;
         Ok(white)
     }
 
     /// What the best shape of a rival leaves of an effect, standard errors.
     fn nearest_shape(
-        &mut self,
+        &self,
         beside: &[Effect],
         rival: &Effect,
         own: &[f64],
     ) -> Result<f64, MismatchError> {
         let observations = self.problem.observations;
-        let linearised = self.predictor.linearised(self.parameters, beside)?;
+        let linearised = (self.problem.predictor()).linearised(&self.truth.parameters, beside)?;
         let mut list = candidates(observations, &linearised, &[]);
         list.retain(|one| one.law == rival.law && one.place == rival.place);
         let engine = Batched::new(&self.space, own);
@@ -331,7 +322,7 @@ impl<'a> TrueSpace<'a> {
     }
 
     /// Its length, standard errors.
-    fn length(&mut self, effects: &[Effect], effect: usize) -> Result<f64, MismatchError> {
+    fn length(&self, effects: &[Effect], effect: usize) -> Result<f64, MismatchError> {
         let white = self.vector(effects, effect)?;
         Ok(dot(&white, &white).sqrt())
     }
@@ -359,8 +350,8 @@ pub fn scale_to(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(None);
     };
-    let mut space = TrueSpace::new(baseline, plan, truth, &[], &prior_sd(baseline))?;
-    let mut length = |factor: f64| space.length(&scaled(truth, factor).effects, last);
+    let space = TrueSpace::new(baseline, plan, truth, &[], &prior_sd(baseline))?;
+    let length = |factor: f64| space.length(&scaled(truth, factor).effects, last);
     let (mut low, mut high) = (0.0, 1.0);
     let mut grown = 0;
     while length(high)? < wanted {

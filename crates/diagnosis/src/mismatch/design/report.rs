@@ -142,13 +142,12 @@ impl DesignBench<'_> {
         }
         let rough = DiagnosisProblem::new(self.baseline, observations);
         let model = self.model();
-        let predicted = rough.predicted(&mut rough.predictor(), &model)?;
+        let predicted = rough.predicted(&model)?;
         let observations = observations.with_displacements(predicted);
         let problem = DiagnosisProblem::new(self.baseline, &observations);
-        let mut predictor = problem.predictor();
         let noise = EstimatedNoise::known(self.noise);
-        let whitening = problem.whitening(&mut predictor, &model, &noise)?;
-        let linearised = predictor.linearised(&model.parameters, &[])?;
+        let whitening = problem.whitening(&model, &noise)?;
+        let linearised = (problem.predictor()).linearised(&model.parameters, &[])?;
         // What happens once is nothing to plan for.
         let happens_once = Law::ALL.iter().filter(|law| law.is_of_one_run());
         let happens_once: Vec<Law> = happens_once.copied().collect();

@@ -146,10 +146,9 @@ impl<'a> DesignBench<'a> {
     ) -> Result<Vec<CellInformation>, MismatchError> {
         let bench = self.bench(observations);
         let model = self.model();
+        let whitening = bench.whitening(&model, &EstimatedNoise::known(self.noise))?;
+        let mut columns = bench.columns(&model)?;
         let mut predictor = bench.predictor();
-        let whitening =
-            bench.whitening(&mut predictor, &model, &EstimatedNoise::known(self.noise))?;
-        let mut columns = bench.columns(&mut predictor, &model)?;
         let linearised = predictor.linearised(&model.parameters, &[])?;
         predictor.hold_joints(Some(&linearised));
         let mut without = vec![0.0; observations.len()];

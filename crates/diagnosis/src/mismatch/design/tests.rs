@@ -3,19 +3,14 @@
 use super::separation::Effects;
 use super::*;
 use crate::mismatch::observed::{GaugeSteps, Observations, PlannedCell, PlannedLoad, ReadingNoise};
-use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
-use crate::parameters::ParameterChoice;
+use crate::mismatch::{Finding, Rival, RobotBaseline};
 use crate::search::Projected;
+use crate::tests::robot;
 use stiffbench_beams::physics::{Effect, Law, Place, TestObject, laws};
 use stiffbench_beams::robot::Robot;
 use stiffbench_measurement::procedure::{Pace, Procedure};
 use stiffbench_test_files::shipped_procedure;
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
-
-fn robot(name: &str) -> Robot {
-    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
-}
 
 /// A shipped procedure, without the reading on the way back that the method's sweeps have not.
 fn shipped(name: &str) -> Procedure {
@@ -32,18 +27,8 @@ fn poses() -> Vec<PoseId> {
 }
 
 fn baseline<'a>(robot: &'a Robot, mechanism: &str, poses: &[PoseId]) -> RobotBaseline<'a> {
-    let poses = poses.iter().map(|pose| robot.pose(pose).unwrap().clone());
     let (_, factors) = robot.default_factors();
-    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    RobotBaseline::new(
-        robot,
-        mechanism,
-        factors,
-        poses.collect(),
-        &ParameterChoice::default(),
-        0.0,
-    )
-    .unwrap()
+    crate::tests::baseline(robot, mechanism, factors, poses)
 }
 
 /// A bench with gauges of 1 µm and 0.1 N, a tenth of the usual noise.
@@ -214,7 +199,7 @@ fn to_ten_micrometres(
             effects,
             ..model.clone()
         };
-        bench.predicted(&mut bench.predictor(), &with).unwrap()
+        bench.predicted(&with).unwrap()
     };
     let without = predicted(Vec::new());
     for effect in effects {
@@ -414,20 +399,9 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         Effect::new(law, Place::Joint(joint.to_owned()), values.to_vec()).unwrap()
     };
     let finding = |effect: Effect, group, log_bayes, rivals| Finding {
-        effect,
-        grade: VerdictGrade::Is,
-        shares: MisfitShares::default(),
-        values: Vec::new(),
-        combination: None,
-        at_bound: false,
-        spans_range: false,
-        alternative_group: group,
-        end_effect_m: 1e-5,
-        absorbed_share: 0.1,
         log_bayes,
-        standard_errors: 9.0,
-        p_family: 1e-3,
         rivals,
+        ..crate::tests::finding(effect, group)
     };
     let rival = |joint: &str, behind| Rival {
         effect: effect(laws::JOINT_COMPLIANCE, joint, &[1e-6]),

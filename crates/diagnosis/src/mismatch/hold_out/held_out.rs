@@ -252,7 +252,7 @@ impl<'p, 'a> HoldOut<'p, 'a> {
     fn residuals_of_kept(&self, model: &Model, held: &[bool]) -> Result<Vec<f64>, MismatchError> {
         let whitening = self.state.whitening.without(held);
         let refit = self.problem.refit(&whitening);
-        let fitted = refit.fit(&mut self.problem.predictor(), model);
+        let fitted = refit.fit(model);
         let fitted = fitted.as_ref().map_or(model, |fitted| &fitted.model);
         self.problem.raw_residuals(fitted)
     }

@@ -182,9 +182,7 @@ mod tests {
     use crate::mismatch::observed::{
         GaugeSteps, ObservedCell, ObservedReading, ObservedRun, Recorded,
     };
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
+    use crate::tests::normal;
     use stiffbench_beams::physics::LoadPoint;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -236,13 +234,6 @@ mod tests {
         }];
         let object = out.object;
         out.of_part(object)
-    }
-
-    fn normal(count: usize, seed: u64) -> Vec<f64> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        (0..count)
-            .map(|_| StandardNormal.sample(&mut rng))
-            .collect()
     }
 
     /// A triangle of `cycles` cycles with 200 readings each.

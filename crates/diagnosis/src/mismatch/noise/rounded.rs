@@ -202,11 +202,12 @@ mod tests {
     use super::*;
     use crate::mismatch::observed::tests::observations;
     use crate::mismatch::problem::DiagnosisProblem;
-    use crate::mismatch::unexplained::strata_tests::{UP_AND_DOWN, baseline, cells, robot};
+    use crate::mismatch::unexplained::strata_tests::{UP_AND_DOWN, baseline, cells};
     use crate::mismatch::{
         Contrast, GaugeSteps, Located, ReadingNoise, SearchOptions, StratumTest, locate,
     };
     use crate::search::put_drawn;
+    use crate::tests::{hp_robot, normal};
     use stiffbench_numeric::statistics::normal_upper_tail;
 
     const STEP_M: f64 = 1e-5;
@@ -223,8 +224,13 @@ mod tests {
 
     /// The noise of a gauge with errors of 1 um and zeros that hardly scatter.
     fn whitening(observations: &Observations) -> NoiseCovariance {
+        with_scatter(observations, (1e-12 + STEP_M * STEP_M / 12.0).sqrt())
+    }
+
+    /// The same with readings that scatter otherwise.
+    fn with_scatter(observations: &Observations, reading_sd_m: f64) -> NoiseCovariance {
         let noise = ReadingNoise {
-            reading_sd_m: (1e-12 + STEP_M * STEP_M / 12.0).sqrt(),
+            reading_sd_m,
             zero_sd_m: 1e-9,
             run_slope_sd: 1e-9,
             ..ReadingNoise::default()
@@ -286,21 +292,8 @@ mod tests {
     #[test]
     fn errors_of_a_coarse_gauge_keep_their_readings_in_every_draw() {
         // A gauge of 10 um with errors of 0.5 um, always at 3 um in the first run and at -3 um in the others: it reads zero.
-        let observations = Observations {
-            steps: GaugeSteps {
-                displacement_m: Some(1e-5),
-                ..GaugeSteps::default()
-            },
-            ..observations()
-        };
-        let noise = ReadingNoise {
-            reading_sd_m: (2.5e-13_f64 + 1e-10 / 12.0).sqrt(),
-            zero_sd_m: 1e-9,
-            run_slope_sd: 1e-9,
-            ..ReadingNoise::default()
-        };
-        let zeros = vec![0.0; observations.len()];
-        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros[..]);
+        let observations = with_step(STEP_M);
+        let whitening = with_scatter(&observations, (2.5e-13_f64 + 1e-10 / 12.0).sqrt());
         let stood_m = |run: usize| if run == 0 { 3e-6 } else { -3e-6 };
         let stood: Vec<f64> = observations
             .readings
@@ -311,7 +304,7 @@ mod tests {
         let mut block = vec![f32::NAN; observations.len() * SAMPLES_TOGETHER];
         put_drawn(&mut block, &rounded, &mut ChaCha8Rng::seed_from_u64(1));
         for (samples, stood) in block.chunks(SAMPLES_TOGETHER).zip(&stood) {
-            let error = -stood / noise.reading_sd_m;
+            let error = -stood / whitening.noise.reading_sd_m;
             assert!(
                 samples
                     .iter()
@@ -349,22 +342,14 @@ mod tests {
         const COARSE_M: f64 = 5e-5;
         let planned = cells(&["P1", "P2"], &UP_AND_DOWN, false);
         let observations = Observations::planned(&planned, with_step(COARSE_M).steps, None);
-        let noise = ReadingNoise {
-            reading_sd_m: COARSE_M / 12_f64.sqrt(),
-            zero_sd_m: 1e-9,
-            run_slope_sd: 1e-9,
-            ..ReadingNoise::default()
-        };
         let both = observations.loads.iter().zip(&observations.readings);
         let predicted: Vec<f64> = both
             .map(|(load, reading)| -4e-6 * load.force_n * (1.0 + 0.03 * reading.run as f64))
             .collect();
-        let zeros = vec![0.0; observations.len()];
-        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros[..]);
+        let whitening = with_scatter(&observations, COARSE_M / 12_f64.sqrt());
         for sd_m in [2.5e-6, 5e-6, 1e-5] {
-            let mut rng = ChaCha8Rng::seed_from_u64(2);
-            let read = predicted.iter().map(|predicted| {
-                let normal: f64 = StandardNormal.sample(&mut rng);
+            let errors = normal(predicted.len(), 2);
+            let read = predicted.iter().zip(errors).map(|(predicted, normal)| {
                 ((predicted + sd_m * normal) / COARSE_M).round() * COARSE_M
             });
             let read = observations.with_displacements(read.collect());
@@ -380,7 +365,7 @@ mod tests {
         const COARSE_M: f64 = 5e-5;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let robot = robot();
+        let robot = hp_robot();
         let baseline = baseline(&robot, "F");
         let steps = GaugeSteps {
             force_n: Some(0.1),
@@ -393,7 +378,7 @@ mod tests {
         for factor in &mut model.parameters {
             *factor += 0.2 * normal();
         }
-        let predicted = problem.predicted(&mut problem.predictor(), &model).unwrap();
+        let predicted = problem.predicted(&model).unwrap();
         let zeros: Vec<f64> = (0..observations.len()).map(|_| 2e-6 * normal()).collect();
         let readings = observations.readings.iter().zip(&predicted);
         let read = readings.map(|(reading, predicted)| {

@@ -680,9 +680,8 @@ pub(crate) fn load_point(reading: &Reading, since: SinceZero) -> LoadPoint {
         hold_s: reading.hold_s.unwrap_or(0.0),
         since_zero_s: since.time_s.unwrap_or(0.0),
         warming_k: since.warming_k.unwrap_or(0.0),
-        position_m: None,
-        seated_m: 0.0,
         is_unloaded: reading.target_n == 0.0,
+        ..LoadPoint::default()
     }
 }
 

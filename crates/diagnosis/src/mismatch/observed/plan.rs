@@ -115,11 +115,10 @@ impl Observations {
                 force_n: load.force_n,
                 step: load.step,
                 hold_s: load.hold_s,
-                position_m: None,
-                seated_m: 0.0,
                 is_unloaded: load.force_n == 0.0,
                 since_zero_s: load.time_s - zeroed.time_s,
                 warming_k: warming.map_or(0.0, |(now, then)| now - then),
+                ..LoadPoint::default()
             };
             self.push(reading, load, 0.0);
         }

@@ -2,15 +2,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use stiffbench_beams::physics::Effect;
+use stiffbench_beams::physics::{Effect, Law};
 
 use super::memo::FitMemo;
-use super::model::Model;
-use super::options::SearchOptions;
+use super::model::{Model, State};
 use super::place_scales::PlaceScales;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{WeightedFit, step_of};
-use super::state::State;
 use crate::mismatch::baselines::{Baseline, StructureColumn, prior_sd, start};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{
@@ -24,6 +22,19 @@ use crate::search::{WhiteSpace, dot, subtract};
 /// Relative difference of all standard deviations below which two estimates of a covariance are the same (1): far less than either is known.
 /// Numerics.
 const SAME_COVARIANCE: f64 = 0.02;
+
+/// What a search is to do; by default with all laws, no known physics, seed 0 and noise from the readings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SearchOptions {
+    /// Laws that are left out.
+    pub without: Vec<Law>,
+    /// Physics that is known to act: no candidate, its values fitted again with every model.
+    pub known_effects: Vec<Effect>,
+    /// Seed of the limits' draws.
+    pub seed: u64,
+    /// What is known of the noise before the readings are checked.
+    pub noise: KnownNoise,
+}
 
 /// What the linear structure makes of the loads, one value a reading.
 pub(crate) struct LinearSlopes {
@@ -119,15 +130,11 @@ impl<'a> DiagnosisProblem<'a> {
     }
 
     /// A refit under a whitening.
-    pub(crate) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> WeightedFit<'w>
-    where
-        'a: 'w,
-    {
+    pub(crate) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> WeightedFit<'w, 'a> {
         WeightedFit {
-            baseline: self.baseline,
+            problem: self,
             observations: self.observations,
             whitening,
-            scales: self.scales(),
             bounds_of_last: None,
             warm_start: None,
         }
@@ -156,14 +163,13 @@ impl<'a> DiagnosisProblem<'a> {
         start: Model,
         known: KnownNoise,
     ) -> Result<Option<State>, MismatchError> {
-        let mut predictor = self.predictor();
         let mut model = start;
         let given = known.given().copied();
         let mut found = given;
         let mut state = None;
         for round in 0..ALTERNATIONS {
             if given.is_none() && (round > 0 || found.is_none()) {
-                let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
+                let Some(estimate) = self.noise_of(&model, &known)? else {
                     return Ok(None);
                 };
                 let is_settled = found.is_some_and(|before| alike(&before, &estimate));
@@ -175,8 +181,8 @@ impl<'a> DiagnosisProblem<'a> {
                 break;
             }
             let Some(noise) = found else { return Ok(None) };
-            let whitening = self.whitening(&mut predictor, &model, &noise)?;
-            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model) else {
+            let whitening = self.whitening(&model, &noise)?;
+            let Some(fitted) = self.refit(&whitening).fit(&model) else {
                 return Ok(None);
             };
             model = fitted.model.clone();
@@ -192,32 +198,23 @@ impl<'a> DiagnosisProblem<'a> {
     /// The noise that a model leaves, by the readings and what is known beforehand.
     pub(crate) fn noise_of(
         &self,
-        predictor: &mut ReadingPredictor<'a>,
         model: &Model,
         known: &KnownNoise,
     ) -> Result<Option<EstimatedNoise>, MismatchError> {
-        let n = self.observations.len();
-        let mut predicted = vec![0.0; n];
-        if !predictor.predict(&model.parameters, &model.effects, &mut predicted)? {
+        let Some(predicted) = self.predicted_if_any(model)? else {
             return Ok(None);
-        }
-        let residual: Vec<f64> = self
-            .observations
-            .displacement_m
-            .iter()
-            .zip(&predicted)
-            .map(|(measured, predicted)| measured - predicted)
-            .collect();
+        };
+        let residual = self.less(predicted);
         if self.observations.is_recording() {
             return Ok(Some(self.observations.noise_of_neighbours(&residual)));
         }
-        let slopes = self.slope(predictor, model)?;
+        let slopes = self.slope(model)?;
         let shows_noise = self.observations.has_repeats() || self.observations.has_long_runs();
         let is_known = shows_noise || known.earlier().is_some();
         let columns = if is_known {
             None
         } else {
-            Some(self.columns(predictor, model)?)
+            Some(self.columns(model)?)
         };
         let found = estimate_noise(
             self.observations,
@@ -234,11 +231,10 @@ impl<'a> DiagnosisProblem<'a> {
     /// The whitening of a model's noise.
     pub(crate) fn whitening(
         &self,
-        predictor: &mut ReadingPredictor<'a>,
         model: &Model,
         noise: &EstimatedNoise,
     ) -> Result<NoiseCovariance, MismatchError> {
-        let slopes = self.slope(predictor, model)?;
+        let slopes = self.slope(model)?;
         Ok(NoiseCovariance::new(
             self.observations,
             &noise.noise,
@@ -248,11 +244,8 @@ impl<'a> DiagnosisProblem<'a> {
     }
 
     /// Prediction and compliances of the linear structure.
-    pub(crate) fn slope(
-        &self,
-        predictor: &mut ReadingPredictor<'a>,
-        model: &Model,
-    ) -> Result<LinearSlopes, MismatchError> {
+    pub(crate) fn slope(&self, model: &Model) -> Result<LinearSlopes, MismatchError> {
+        let mut predictor = self.predictor();
         let mut compliance = vec![0.0; self.observations.len()];
         predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
         // A series has one direction, along which its gauge reads; of loads one by one each component was read by itself.
@@ -274,12 +267,9 @@ impl<'a> DiagnosisProblem<'a> {
     }
 
     /// Derivatives of the readings to every parameter of a model, m: baseline first, then effects by differences.
-    pub(crate) fn columns(
-        &self,
-        predictor: &mut ReadingPredictor<'a>,
-        model: &Model,
-    ) -> Result<Vec<Vec<f64>>, MismatchError> {
+    pub(crate) fn columns(&self, model: &Model) -> Result<Vec<Vec<f64>>, MismatchError> {
         let n = self.observations.len();
+        let mut predictor = self.predictor();
         let mut columns = Vec::new();
         let mut up = vec![0.0; n];
         let mut down = vec![0.0; n];
@@ -321,12 +311,8 @@ impl<'a> DiagnosisProblem<'a> {
     }
 
     /// The same, zero for factors at their bounds: these take nothing more of what is left.
-    pub(crate) fn free_columns(
-        &self,
-        predictor: &mut ReadingPredictor<'a>,
-        model: &Model,
-    ) -> Result<Vec<Vec<f64>>, MismatchError> {
-        let mut columns = self.columns(predictor, model)?;
+    pub(crate) fn free_columns(&self, model: &Model) -> Result<Vec<Vec<f64>>, MismatchError> {
+        let mut columns = self.columns(model)?;
         let factors = self.baseline.parameters().iter().zip(&model.parameters);
         for (column, (parameter, value)) in columns.iter_mut().zip(factors) {
             if parameter.is_at_bound(*value) {
@@ -338,9 +324,8 @@ impl<'a> DiagnosisProblem<'a> {
 
     /// The space of a state, and its white residuals.
     pub(crate) fn space(&self, state: &State) -> Result<(WhiteSpace, Vec<f64>), MismatchError> {
-        let mut predictor = self.predictor();
         let model = &state.fitted.model;
-        let mut columns = self.free_columns(&mut predictor, model)?;
+        let mut columns = self.free_columns(model)?;
         columns.extend(force_within_steps(self.observations, &state.noise.noise));
         let space = WhiteSpace::new(
             state.whitening.covariance.clone(),
@@ -349,21 +334,35 @@ impl<'a> DiagnosisProblem<'a> {
         );
         let mut residuals = self
             .refit(&state.whitening)
-            .residuals(&mut predictor, model)?
+            .residuals(model)?
             .unwrap_or_default();
         space.project(&mut residuals);
         Ok((space, residuals))
     }
 
     /// Displacements of a model, m.
-    pub(crate) fn predicted(
+    pub(crate) fn predicted(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
+        let predicted = self.predicted_if_any(model)?;
+        Ok(predicted.unwrap_or_else(|| vec![0.0; self.observations.len()]))
+    }
+
+    /// The same; `None` if there is no such structure.
+    pub(crate) fn predicted_if_any(
         &self,
-        predictor: &mut ReadingPredictor<'_>,
         model: &Model,
-    ) -> Result<Vec<f64>, MismatchError> {
+    ) -> Result<Option<Vec<f64>>, MismatchError> {
         let mut out = vec![0.0; self.observations.len()];
-        predictor.predict(&model.parameters, &model.effects, &mut out)?;
-        Ok(out)
+        let mut predictor = self.predictor();
+        let there = predictor.predict(&model.parameters, &model.effects, &mut out)?;
+        Ok(there.then_some(out))
+    }
+
+    /// Readings minus what was predicted of them, m.
+    pub(crate) fn less(&self, mut predicted: Vec<f64>) -> Vec<f64> {
+        for (value, measured) in predicted.iter_mut().zip(&self.observations.displacement_m) {
+            *value = measured - *value;
+        }
+        predicted
     }
 
     /// The model that the search starts from: what is known, and no other effects.
@@ -403,24 +402,19 @@ impl<'a> DiagnosisProblem<'a> {
 
     /// Readings minus a model, m.
     pub(crate) fn raw_residuals(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
-        let mut residuals = self.predicted(&mut self.predictor(), model)?;
-        for (value, measured) in residuals.iter_mut().zip(&self.observations.displacement_m) {
-            *value = measured - *value;
-        }
-        Ok(residuals)
+        Ok(self.less(self.predicted(model)?))
     }
 
     /// How many independent values are as much evidence as what a model leaves of a part; `None` where repeats tell the noise.
     pub(crate) fn independent_values(
         &self,
         state: &State,
-        predictor: &mut ReadingPredictor<'_>,
         model: &Model,
     ) -> Result<Option<f64>, MismatchError> {
         if !self.observations.is_recording() {
             return Ok(None);
         }
-        let left = self.refit(&state.whitening).residuals(predictor, model)?;
+        let left = self.refit(&state.whitening).residuals(model)?;
         let left = left.unwrap_or_default();
         let count = self.observations.len().min(left.len());
         Ok(Some(self.observations.independent_values(&left[..count])))
@@ -431,7 +425,7 @@ impl<'a> DiagnosisProblem<'a> {
         &'s self,
         state: &'s State,
     ) -> Result<Option<RoundedNoise<'s>>, MismatchError> {
-        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
+        let predicted = self.predicted(&state.fitted.model)?;
         let whitening = &state.whitening;
         let Some(mut rounded) = RoundedNoise::new(self.observations, whitening, predicted) else {
             return Ok(None);
@@ -450,26 +444,20 @@ impl<'a> DiagnosisProblem<'a> {
     /// An effect of a model, white and projected, and its squared length before projection.
     pub(crate) fn effect_vector(
         &self,
-        predictor: &mut ReadingPredictor<'_>,
         model: &Model,
         effect: usize,
         space: &WhiteSpace,
     ) -> Result<(Vec<f64>, f64), MismatchError> {
-        let mut white = space.white(&self.effect_m(predictor, model, effect)?);
+        let mut white = space.white(&self.effect_m(model, effect)?);
         let whole = dot(&white, &white);
         space.project(&mut white);
         Ok((white, whole))
     }
 
     /// What an effect of a model changes in the readings, m.
-    pub(crate) fn effect_m(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-        effect: usize,
-    ) -> Result<Vec<f64>, MismatchError> {
-        let mut change_m = self.predicted(predictor, model)?;
-        let rest = self.predicted(predictor, &model.without(effect))?;
+    pub(crate) fn effect_m(&self, model: &Model, effect: usize) -> Result<Vec<f64>, MismatchError> {
+        let mut change_m = self.predicted(model)?;
+        let rest = self.predicted(&model.without(effect))?;
         subtract(&mut change_m, 1.0, &rest);
         Ok(change_m)
     }

@@ -7,9 +7,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use stiffbench_beams::physics::Effect;
 
-use super::model::Model;
+use super::model::{Model, State};
 use super::place_scales::PlaceScales;
-use super::state::State;
 use crate::mismatch::noise::{EstimatedNoise, KnownNoise};
 use crate::mismatch::observed::ReadingNoise;
 

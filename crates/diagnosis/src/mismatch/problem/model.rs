@@ -1,6 +1,8 @@
-//! A model of the readings, and its values as a fit moves them.
+//! A model of the readings, its values as a fit moves them, and what a search knows of one.
 
 use stiffbench_beams::physics::Effect;
+
+use crate::mismatch::noise::{EstimatedNoise, NoiseCovariance};
 
 /// A model of the readings: values of the baseline's parameters, and effects.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +36,22 @@ impl Model {
             effects,
         }
     }
+}
+
+/// A model fitted to the readings.
+#[derive(Debug, Clone)]
+pub(crate) struct FittedModel {
+    pub(crate) model: Model,
+    /// Weighted squares of the readings and of what was known of the parameters.
+    pub(crate) squares: f64,
+}
+
+/// A fitted model with its noise, as it stands during the search.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) fitted: FittedModel,
+    pub(crate) noise: EstimatedNoise,
+    pub(crate) whitening: NoiseCovariance,
 }
 
 /// The values of an effect as a fit moves them: some as their ratio to the first, for it is that which has bounds.

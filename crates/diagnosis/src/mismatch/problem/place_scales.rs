@@ -68,44 +68,34 @@ impl PlaceScales {
         match kind {
             PlaceKind::Joint => {
                 let joints = linearised.joints.iter().enumerate();
-                let of_joint = |(joint, place): (usize, &Place)| {
+                loaded(joints.filter_map(|(joint, place)| {
                     let scale = joint_scale(&session, observations, linearised, joint);
                     with(place.clone(), scale)
-                };
-                let mut found: Vec<(Place, PlaceScale)> = joints.filter_map(of_joint).collect();
-                retain_loaded(&mut found);
-                found
+                }))
             }
             PlaceKind::AcrossJoint | PlaceKind::ToolAbout | PlaceKind::ToolAlong => {
                 let columns = linearised.columns.iter();
                 let here = columns.filter(|column| column.place.kind() == kind);
-                let of_column = |column: &StructureColumn| {
+                loaded(here.filter_map(|column| {
                     let scale = spring_scale(&session, observations, linearised, column);
                     with(column.place.clone(), scale)
-                };
-                let mut found: Vec<(Place, PlaceScale)> = here.filter_map(of_column).collect();
-                retain_loaded(&mut found);
-                found
+                }))
             }
             PlaceKind::Axis => {
-                let of_axis = |axis| {
-                    with(
-                        Place::Axis(axis),
-                        axis_scale(&session, observations, linearised, axis),
-                    )
-                };
                 let axes = linearised.rocking_axes.iter().copied();
-                axes.filter_map(of_axis).collect()
+                let of_axis = axes.filter_map(|axis| {
+                    let scale = axis_scale(&session, observations, linearised, axis);
+                    with(Place::Axis(axis), scale)
+                });
+                of_axis.collect()
             }
             PlaceKind::Direction => {
-                let of_direction = |direction| {
+                let directions = Direction::ALL.into_iter();
+                let of_direction = directions.filter_map(|direction| {
                     let scale = direction_scale(&session, observations, linearised, direction);
                     with(Place::Direction(direction), scale)
-                };
-                Direction::ALL
-                    .into_iter()
-                    .filter_map(of_direction)
-                    .collect()
+                });
+                of_direction.collect()
             }
             PlaceKind::Toward => {
                 let towards = observations.directions().flat_map(|direction| {
@@ -290,11 +280,13 @@ fn spring_scale(
     })
 }
 
-/// Leaves out places on which the loads hardly act beside the others.
-fn retain_loaded(places: &mut Vec<(Place, PlaceScale)>) {
+/// Places without those on which the loads hardly act beside the others.
+fn loaded(places: impl Iterator<Item = (Place, PlaceScale)>) -> Vec<(Place, PlaceScale)> {
+    let mut places: Vec<(Place, PlaceScale)> = places.collect();
     let compliances = places.iter().map(|(_, scale)| scale.compliance);
     let least = compliances.fold(f64::INFINITY, f64::min);
     places.retain(|(_, scale)| !bears_no_load(scale.compliance, least));
+    places
 }
 
 /// A base that rocks about an axis; `None` if the loads do not rock it.

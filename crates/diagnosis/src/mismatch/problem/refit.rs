@@ -7,12 +7,13 @@ use stiffbench_numeric::least_squares::{
     SigmaMode, covariance, minimise, profile,
 };
 
+use super::diagnosis_problem::DiagnosisProblem;
 use super::linearised::LinearisedModel;
-use super::model::{Model, kinked, moved_values, put_values};
+use super::model::{FittedModel, Model, kinked, moved_values, put_values};
 use super::place_scales::PlaceScales;
 use super::predictor::ReadingPredictor;
 use super::stated::Stated;
-use crate::mismatch::baselines::Baseline;
+use crate::mismatch::baselines::BaselineParameter;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observed::Observations;
@@ -51,14 +52,6 @@ impl LowestPoint {
     }
 }
 
-/// A model fitted to the readings.
-#[derive(Debug, Clone)]
-pub(crate) struct FittedModel {
-    pub(crate) model: Model,
-    /// Weighted squares of the readings and of what was known of the parameters.
-    pub(crate) squares: f64,
-}
-
 /// How every model is fitted: a reduction of the weighted squares below a thousandth decides nothing; nor does one below a millionth of them in the
 /// recording of a part, where a law counts by its share of what is left.
 fn settings(observations: &Observations) -> LeastSquaresSettings {
@@ -77,16 +70,16 @@ fn settings(observations: &Observations) -> LeastSquaresSettings {
 
 /// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
 #[derive(Clone, Copy)]
-pub(crate) struct WeightedFit<'a> {
-    pub(crate) baseline: &'a dyn Baseline,
-    pub(crate) observations: &'a Observations,
-    pub(crate) whitening: &'a NoiseCovariance,
-    /// What the loads make of places: it bounds the values of all effects.
-    pub(crate) scales: &'a PlaceScales,
+pub(crate) struct WeightedFit<'w, 'a> {
+    /// Predicts the readings; its scales bound the values of all effects.
+    pub(crate) problem: &'w DiagnosisProblem<'a>,
+    /// Its readings, or others that were read in their place.
+    pub(crate) observations: &'w Observations,
+    pub(crate) whitening: &'w NoiseCovariance,
     /// Narrower bounds of the values of the last effect.
-    pub(crate) bounds_of_last: Option<&'a [[f64; 2]]>,
+    pub(crate) bounds_of_last: Option<&'w [[f64; 2]]>,
     /// The structure whose twists serve until the fit is near its end.
-    pub(crate) warm_start: Option<WarmStart<'a>>,
+    pub(crate) warm_start: Option<WarmStart<'w>>,
 }
 
 /// A structure near that of a fit.
@@ -98,13 +91,10 @@ pub(crate) enum WarmStart<'a> {
     Start,
 }
 
-impl WeightedFit<'_> {
+impl<'a> WeightedFit<'_, 'a> {
     /// Fits from a start; `None` if the start is no structure.
-    pub(crate) fn fit(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        start: &Model,
-    ) -> Option<FittedModel> {
+    pub(crate) fn fit(&self, start: &Model) -> Option<FittedModel> {
+        let predictor = &mut self.problem.predictor();
         let in_a_joint = |effect: &Effect| effect.place.joint().is_some();
         let warm_start = self
             .warm_start
@@ -124,7 +114,7 @@ impl WeightedFit<'_> {
         self.fit_from(predictor, start)
     }
 
-    fn fit_from(&self, predictor: &mut ReadingPredictor<'_>, start: &Model) -> Option<FittedModel> {
+    fn fit_from(&self, predictor: &mut ReadingPredictor<'a>, start: &Model) -> Option<FittedModel> {
         let mut problem = FitResiduals::new(self, predictor, start);
         let set = self.parameter_set(start, ParameterSpec::is_smooth).ok()?;
         let fit = minimise(&mut problem, &set, &settings(self.observations)).ok()?;
@@ -135,12 +125,9 @@ impl WeightedFit<'_> {
     }
 
     /// The lowest point about a model, from which profiles go out; every value moves.
-    pub(crate) fn lowest(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-    ) -> Option<LowestPoint> {
+    pub(crate) fn lowest(&self, model: &Model) -> Option<LowestPoint> {
         let set = self.parameter_set(model, |one| !one.is_reference()).ok()?;
+        let predictor = &mut self.problem.predictor();
         let mut problem = FitResiduals::new(self, predictor, model);
         let fit = minimise(&mut problem, &set, &settings(self.observations)).ok()?;
         Some(LowestPoint { set, fit })
@@ -150,11 +137,11 @@ impl WeightedFit<'_> {
     /// followed at all.
     pub(crate) fn profile(
         &self,
-        predictor: &mut ReadingPredictor<'_>,
         (model, lowest): (&Model, &LowestPoint),
         stated: Stated,
         rise: f64,
     ) -> Option<ValueProfile> {
+        let (predictor, scales) = (&mut self.problem.predictor(), self.problem.scales());
         // A three-hundredth of a half-length is less than an interval is read to.
         let follow = ProfileSettings {
             refits: settings(self.observations),
@@ -169,7 +156,7 @@ impl WeightedFit<'_> {
         if let Some((effect, _)) = made_of {
             let there = model.with_moved(&lowest.fit.values);
             let [low, high] = self.bounds_of(&there.effects[effect], stated);
-            let number = stated.of_effect(&there.effects[effect], self.scales);
+            let number = stated.of_effect(&there.effects[effect], scales);
             let start = lowest.set.with_start(&lowest.fit.free_values).ok()?;
             let mut parameters = start.parameters().to_vec();
             parameters[place] = Parameter::free("made", number.clamp(low, high), low, high);
@@ -183,7 +170,7 @@ impl WeightedFit<'_> {
         let inside = found.inside.iter().map(|all| {
             let mut inside = model.with_moved(all);
             if let Some((effect, _)) = made_of {
-                stated.put(&mut inside.effects[effect], self.scales, all[place]);
+                stated.put(&mut inside.effects[effect], scales, all[place]);
             }
             inside
         });
@@ -211,16 +198,16 @@ impl WeightedFit<'_> {
     /// - `kink`: the place of the value.
     fn over_kinks(
         &self,
-        predictor: &mut ReadingPredictor<'_>,
+        predictor: &mut ReadingPredictor<'a>,
         (model, lowest): (&Model, &LowestPoint),
         (effect, kink): (usize, usize),
         rise: f64,
     ) -> Option<Vec<Model>> {
         /// Halvings of the step between a level inside and one outside: ends are read to a sixteenth of the step of the search.
         const HALVINGS: usize = 4;
-        let own = &model.effects[effect];
-        let bounds = self.scales.bounds(own);
-        let shapes = (own.law.search.shapes)(self.scales.at(&own.place)).into_iter();
+        let (own, scales) = (&model.effects[effect], self.problem.scales());
+        let bounds = scales.bounds(own);
+        let shapes = (own.law.search.shapes)(scales.at(&own.place)).into_iter();
         let mut levels: Vec<f64> = shapes.map(|shape| shape.values[kink]).collect();
         levels.extend([own.values[kink], bounds[kink][0], bounds[kink][1]]);
         levels.sort_by(f64::total_cmp);
@@ -278,7 +265,8 @@ impl WeightedFit<'_> {
 
     /// Least and largest number that plausible values of an effect make.
     fn bounds_of(&self, effect: &Effect, stated: Stated) -> [f64; 2] {
-        let bounds = self.scales.bounds(effect);
+        let scales = self.problem.scales();
+        let bounds = scales.bounds(effect);
         let corners = (0..1_usize << bounds.len()).map(|corner| {
             let moved = bounds.iter().enumerate();
             let moved: Vec<f64> = moved
@@ -286,9 +274,9 @@ impl WeightedFit<'_> {
                 .collect();
             let mut effect = effect.clone();
             put_values(std::slice::from_mut(&mut effect), &moved);
-            stated.of_effect(&effect, self.scales)
+            stated.of_effect(&effect, scales)
         });
-        let corners = corners.chain([stated.of_effect(effect, self.scales)]);
+        let corners = corners.chain([stated.of_effect(effect, scales)]);
         let corners = corners.filter(|made| made.is_finite());
         corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], made| {
             [low.min(made), high.max(made)]
@@ -300,15 +288,12 @@ impl WeightedFit<'_> {
         start: &Model,
         moves: fn(&ParameterSpec) -> bool,
     ) -> Result<ParameterSet, stiffbench_numeric::least_squares::LeastSquaresError> {
-        let of_baseline = self
-            .baseline
-            .parameters()
-            .iter()
-            .zip(&start.parameters)
-            .map(|(parameter, &value)| {
-                let (lower, upper) = (parameter.lower, parameter.upper);
-                Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
-            });
+        let scales = self.problem.scales();
+        let of_baseline = self.parameters().iter().zip(&start.parameters);
+        let of_baseline = of_baseline.map(|(parameter, &value)| {
+            let (lower, upper) = (parameter.lower, parameter.upper);
+            Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
+        });
         let last = start.effects.len().wrapping_sub(1);
         let of_effects = start
             .effects
@@ -316,7 +301,7 @@ impl WeightedFit<'_> {
             .enumerate()
             .flat_map(|(place, effect)| {
                 let narrower = self.bounds_of_last.filter(|_| place == last);
-                let bounds = narrower.map_or_else(|| self.scales.bounds(effect), <[_]>::to_vec);
+                let bounds = narrower.map_or_else(|| scales.bounds(effect), <[_]>::to_vec);
                 let values = effect.law.parameters.iter().zip(moved_values(effect));
                 let parameter = move |((parameter, value), [lower, upper]): (_, [f64; 2])| {
                     let (parameter, value): (&ParameterSpec, f64) = (parameter, value);
@@ -334,32 +319,31 @@ impl WeightedFit<'_> {
         ParameterSet::with_any_number_of_free(of_baseline.chain(of_effects).collect())
     }
 
-    /// White residuals of a model, those of the parameters behind them, and their squares.
-    pub(crate) fn residuals(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-    ) -> Result<Option<Vec<f64>>, MismatchError> {
-        let mut residuals = vec![0.0; self.observations.len()];
-        if !predictor.predict(&model.parameters, &model.effects, &mut residuals)? {
-            return Ok(None);
-        }
-        self.whiten_residuals(&mut residuals);
-        self.append_parameters(&model.parameters, &mut residuals);
-        Ok(Some(residuals))
+    /// White residuals of a model, those of the parameters behind them.
+    pub(crate) fn residuals(&self, model: &Model) -> Result<Option<Vec<f64>>, MismatchError> {
+        let predicted = self.problem.predicted_if_any(model)?;
+        Ok(predicted.map(|mut rows| {
+            rows.resize(rows.len() + self.parameters().len(), 0.0);
+            self.weigh(&model.parameters, &mut rows);
+            rows
+        }))
     }
 
-    fn whiten_residuals(&self, predicted: &mut [f64]) {
-        for (value, displacement) in predicted.iter_mut().zip(&self.observations.displacement_m) {
+    /// Makes white residuals of predicted readings, and puts those of the parameters behind them.
+    fn weigh(&self, parameters: &[f64], rows: &mut [f64]) {
+        let (readings, of_parameters) = rows.split_at_mut(self.observations.len());
+        for (value, displacement) in readings.iter_mut().zip(&self.observations.displacement_m) {
             *value = displacement - *value;
         }
-        self.whitening.covariance.whiten(predicted);
+        self.whitening.covariance.whiten(readings);
+        let known = self.parameters().iter().zip(parameters);
+        for (residual, (parameter, value)) in of_parameters.iter_mut().zip(known) {
+            *residual = (parameter.start - value) / parameter.prior_sd;
+        }
     }
 
-    fn append_parameters(&self, parameters: &[f64], residuals: &mut Vec<f64>) {
-        for (parameter, value) in self.baseline.parameters().iter().zip(parameters) {
-            residuals.push((parameter.start - value) / parameter.prior_sd);
-        }
+    fn parameters(&self) -> &'a [BaselineParameter] {
+        self.problem.baseline.parameters()
     }
 }
 
@@ -389,18 +373,18 @@ fn step_on(effect: &mut Effect, value: usize, scales: &PlaceScales) -> f64 {
     step
 }
 
-struct FitResiduals<'r, 'a, 'p> {
-    refit: &'r WeightedFit<'a>,
+struct FitResiduals<'r, 'w, 'a> {
+    refit: &'r WeightedFit<'w, 'a>,
     /// What is moved in place of the value of an effect that it is in proportion to, if anything.
     made: Option<Stated>,
-    predictor: &'r mut ReadingPredictor<'p>,
+    predictor: &'r mut ReadingPredictor<'a>,
     effects: Vec<Effect>,
     scratch: Vec<f64>,
     shifted: Vec<f64>,
     gradient: Vec<f64>,
 }
 
-impl<'r, 'a, 'p> FitResiduals<'r, 'a, 'p> {
+impl<'r, 'w, 'a> FitResiduals<'r, 'w, 'a> {
     /// What is moved in place of which value of which effect.
     fn made(&self) -> Option<(Stated, usize, usize)> {
         let stated = self.made?;
@@ -409,11 +393,11 @@ impl<'r, 'a, 'p> FitResiduals<'r, 'a, 'p> {
     }
 
     fn new(
-        refit: &'r WeightedFit<'a>,
-        predictor: &'r mut ReadingPredictor<'p>,
+        refit: &'r WeightedFit<'w, 'a>,
+        predictor: &'r mut ReadingPredictor<'a>,
         start: &Model,
     ) -> Self {
-        let (rows, parameters) = (refit.observations.len(), refit.baseline.parameters().len());
+        let (rows, parameters) = (refit.observations.len(), refit.parameters().len());
         Self {
             refit,
             made: None,
@@ -433,7 +417,7 @@ struct NoStructure;
 
 impl ResidualFunction for FitResiduals<'_, '_, '_> {
     fn residual_count(&self) -> usize {
-        self.scratch.len() + self.refit.baseline.parameters().len()
+        self.scratch.len() + self.refit.parameters().len()
     }
 
     fn evaluate(
@@ -442,17 +426,17 @@ impl ResidualFunction for FitResiduals<'_, '_, '_> {
         residuals: &mut [f64],
         jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
-        let count = self.refit.baseline.parameters().len();
+        let count = self.refit.parameters().len();
         let (of_baseline, of_effects) = parameters.split_at(count);
         put_values(&mut self.effects, of_effects);
         if let Some((stated, effect, _)) = self.made() {
             let number = parameters[stated.place(count, &self.effects)];
-            let of_one = stated.put(&mut self.effects[effect], self.refit.scales, number);
+            let scales = self.refit.problem.scales();
+            let of_one = stated.put(&mut self.effects[effect], scales, number);
             if !of_one.is_normal() {
                 return Err(EvaluationFailure::of_model(NoStructure));
             }
         }
-        let n = self.scratch.len();
         let there = self
             .predictor
             .predict(of_baseline, &self.effects, &mut self.scratch)
@@ -460,13 +444,8 @@ impl ResidualFunction for FitResiduals<'_, '_, '_> {
         if !there {
             return Err(EvaluationFailure::of_model(NoStructure));
         }
-        residuals[..n].copy_from_slice(&self.scratch);
-        self.refit.whiten_residuals(&mut residuals[..n]);
-        let known = self.refit.baseline.parameters();
-        for ((residual, parameter), value) in residuals[n..].iter_mut().zip(known).zip(of_baseline)
-        {
-            *residual = (parameter.start - value) / parameter.prior_sd;
-        }
+        residuals[..self.scratch.len()].copy_from_slice(&self.scratch);
+        self.refit.weigh(of_baseline, residuals);
         if let Some(jacobian) = jacobian {
             self.baseline_columns(of_baseline, jacobian)?;
             self.effect_columns(of_baseline, count, jacobian)?;
@@ -485,7 +464,7 @@ impl FitResiduals<'_, '_, '_> {
         self.predictor
             .gradient(of_baseline, &self.effects, &mut self.gradient)
             .map_err(EvaluationFailure::of_model)?;
-        let known = self.refit.baseline.parameters();
+        let known = self.refit.parameters();
         for (index, (column, parameter)) in self.gradient.chunks_mut(n).zip(known).enumerate() {
             self.refit.whitening.covariance.whiten(column);
             if let Some(out) = jacobian.column_mut(index) {
@@ -511,7 +490,7 @@ impl FitResiduals<'_, '_, '_> {
             for value in 0..self.effects[effect].values.len() {
                 if let Some(out) = jacobian.column_mut(parameter) {
                     let own = &mut self.effects[effect];
-                    let (before, scales) = (own.values.clone(), self.refit.scales);
+                    let (before, scales) = (own.values.clone(), self.refit.problem.scales());
                     let number = made.map_or(0.0, |(stated, ..)| stated.of_effect(own, scales));
                     let mut step = step_on(own, value, scales);
                     match made {

@@ -1,7 +1,7 @@
 //! Compliances of cells: those that the readings show, beside those of the baseline with one more spring, or of another structure. Along their loads
 //! they are compared by their logarithms; across them a compliance has either sign, and is compared as it is.
 
-use super::misread::{MisreadValues, NamedValue, ValueFit, ValueName, ValueScale};
+use super::misread::{NamedValue, ValueFit, ValueModel, ValueScale};
 use crate::mismatch::baselines::{Baseline, PoseSolver, start};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::ObservedCell;
@@ -43,10 +43,7 @@ pub(crate) struct CellCompliances<'a> {
     baseline: &'a dyn Baseline,
     solver: Box<dyn PoseSolver + 'a>,
     cells: Vec<&'a ObservedCell>,
-    names: Vec<ValueName>,
     scale: ValueScale,
-    /// m/N, or their logarithms.
-    values: Vec<NamedValue>,
     suspects: Vec<SuspectOfCells>,
 }
 
@@ -58,8 +55,8 @@ impl<'a> CellCompliances<'a> {
     /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
     pub(crate) fn new(
         baseline: &'a dyn Baseline,
-        (cells, names): (Vec<&'a ObservedCell>, Vec<ValueName>),
-        (scale, values): (ValueScale, Vec<NamedValue>),
+        cells: Vec<&'a ObservedCell>,
+        scale: ValueScale,
     ) -> Result<Self, MismatchError> {
         let mut solver = baseline.solver(0)?;
         if scale == ValueScale::Linear {
@@ -111,39 +108,13 @@ impl<'a> CellCompliances<'a> {
             baseline,
             solver,
             cells,
-            names,
             scale,
-            values,
             suspects,
         })
     }
 }
 
-impl MisreadValues for CellCompliances<'_> {
-    fn names(&self) -> &[ValueName] {
-        &self.names
-    }
-
-    fn values(&self) -> &[NamedValue] {
-        &self.values
-    }
-
-    fn scale(&self) -> ValueScale {
-        self.scale
-    }
-
-    fn may_be_drawn(&self, _as_recorded: &ValueFit) -> bool {
-        true
-    }
-
-    fn fewest(&self) -> usize {
-        match self.scale {
-            ValueScale::Logarithmic => 1,
-            // Two agree with any line by chance.
-            ValueScale::Linear => 3,
-        }
-    }
-
+impl ValueModel for CellCompliances<'_> {
     fn free(&self) -> usize {
         self.baseline.parameters().len()
     }
@@ -152,8 +123,8 @@ impl MisreadValues for CellCompliances<'_> {
         self.suspects.len()
     }
 
-    fn least_variance(&self) -> f64 {
-        1.0
+    fn may_be_drawn(&self, _read: &[NamedValue], _as_recorded: &ValueFit) -> bool {
+        true
     }
 
     fn fit(

@@ -100,30 +100,30 @@ pub(crate) struct ValueFit {
     pub(crate) parameters: Vec<f64>,
 }
 
-/// Values of a table with a model of them.
-pub(crate) trait MisreadValues {
-    fn names(&self) -> &[ValueName];
-
+/// Values of a table, and what there is to know of them beside a model.
+pub(crate) struct RecordedValues {
+    pub(crate) names: Vec<ValueName>,
     /// As recorded.
-    fn values(&self) -> &[NamedValue];
-
-    /// The scale of the values.
-    fn scale(&self) -> ValueScale;
-
-    /// Whether a mistake may have drawn the fit so far from where it would be that what is linear about it says little.
-    fn may_be_drawn(&self, as_recorded: &ValueFit) -> bool;
-
+    pub(crate) values: Vec<NamedValue>,
+    pub(crate) scale: ValueScale,
     /// How many values the same factor must have changed at least, unless it is one that all agree with.
-    fn fewest(&self) -> usize;
+    pub(crate) fewest: usize,
+    /// Least variance of what a fit leaves, in units of `u`: 1 where `u` is known, 0 where a fit alone shows the scatter.
+    pub(crate) least_variance: f64,
+}
 
+/// A model of the values of a table.
+pub(crate) trait ValueModel {
     /// How many parameters are free.
     fn free(&self) -> usize;
 
     /// How many single mistakes of the model there may be.
-    fn alternatives(&self) -> usize;
+    fn alternatives(&self) -> usize {
+        0
+    }
 
-    /// Least variance of what a fit leaves, in units of `u`: 1 where `u` is known, 0 where a fit alone shows the scatter.
-    fn least_variance(&self) -> f64;
+    /// Whether a mistake may have drawn the fit so far from where it would be that what is linear about it says little.
+    fn may_be_drawn(&self, read: &[NamedValue], as_recorded: &ValueFit) -> bool;
 
     /// Fits the model, with one mistake of it or none, to some of the values; `None` where that fails.
     ///
@@ -186,14 +186,14 @@ impl Mistake {
     }
 
     /// What was read, put right.
-    fn corrected(&self, table: &dyn MisreadValues) -> Vec<NamedValue> {
-        let read = table.values();
-        let mut out = read.to_vec();
+    fn corrected(&self, table: &RecordedValues) -> Vec<NamedValue> {
+        let read = &table.values;
+        let mut out = read.clone();
         for (place, change) in &self.changes {
             match change {
                 ValueChange::NameOf(other) => out[*place] = read[*other],
                 ValueChange::Times(factor) => {
-                    let right = table.scale().times(read[*place].value, *factor);
+                    let right = table.scale.times(read[*place].value, *factor);
                     out[*place].value = right.expect("only possible factors are tried");
                 }
             }
@@ -219,8 +219,8 @@ impl Mistake {
 
     /// Tells of all that are considered: a component of a pose, a pose or a component multiplied by a usual factor; two components or two poses exchanged, there
     /// or everywhere.
-    fn all(table: &dyn MisreadValues, mut tell: impl FnMut(Self)) {
-        let names = table.names();
+    fn all(table: &RecordedValues, mut tell: impl FnMut(Self)) {
+        let names = &table.names;
         let mut sets: BTreeMap<(Option<usize>, Option<usize>), Vec<usize>> = BTreeMap::new();
         for (place, name) in names.iter().enumerate() {
             let (pose, component) = (Some(name.pose), Some(name.component));
@@ -266,12 +266,12 @@ impl Mistake {
                 }
             }
             let others = names.len() - set.len();
-            let is_seen = set.len() >= table.fewest() && others >= set.len();
+            let is_seen = set.len() >= table.fewest && others >= set.len();
             // Of equal sets the narrower comes first.
             if is_seen && known.insert(set) {
                 let is_possible = |factor: &f64| {
-                    let mut all = set.iter().map(|place| table.values()[*place].value);
-                    all.all(|value| table.scale().times(value, *factor).is_some())
+                    let mut all = set.iter().map(|place| table.values[*place].value);
+                    all.all(|value| table.scale.times(value, *factor).is_some())
                 };
                 for factor in usual_factors().filter(is_possible) {
                     let changes = set.iter().map(|place| (*place, ValueChange::Times(factor)));
@@ -331,23 +331,26 @@ impl FittedMistake {
 }
 
 /// Finds the mistake that was made in a table.
-pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake> {
-    let read = table.values().to_vec();
+pub(crate) fn find_mistake(
+    table: &RecordedValues,
+    model: &mut dyn ValueModel,
+) -> Option<FoundMistake> {
+    let read = &table.values;
     // One more mistake of the model may be made, and one direction is that of the mistake of the table.
-    let dof = read.len().checked_sub(table.free() + 2)?;
+    let dof = read.len().checked_sub(model.free() + 2)?;
     let dof = Some(dof as f64).filter(|dof| *dof > 0.0)?;
     let likelihood = MistakeLikelihood {
-        scale: table.scale(),
+        scale: table.scale,
         dof,
-        least_variance: table.least_variance(),
+        least_variance: table.least_variance,
     };
-    let as_recorded = table.fit(&read, &|_| true, None, None)?;
+    let as_recorded = model.fit(read, &|_| true, None, None)?;
     let Nearest {
         mistakes,
         considered,
         left,
-    } = nearest(table, &as_recorded, likelihood);
-    let tried = (considered * (1 + table.alternatives())) as f64;
+    } = nearest(table, model, &as_recorded, likelihood);
+    let tried = (considered * (1 + model.alternatives())) as f64;
     let chance = |before: f64, after: f64| {
         let ratio = (before - after).max(0.0) / likelihood.variance(after);
         chance_of_any(0.5 * f_upper_tail(ratio, 1.0, dof).unwrap_or(1.0), tried)
@@ -358,7 +361,7 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
     let mut fitted: Vec<FittedMistake> = Vec::new();
     for mistake in mistakes {
         let corrected = mistake.corrected(table);
-        let fit = table.fit(&corrected, &|_| true, None, None);
+        let fit = model.fit(&corrected, &|_| true, None, None);
         fitted.extend(fit.map(|fit| FittedMistake {
             mistake,
             corrected,
@@ -371,12 +374,12 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
     };
     fitted.sort_by(by_deviance);
     fitted.truncate(MISTAKES_FITTED);
-    let (_, before) = best_fit(table, &read, &as_recorded)?;
+    let (_, before) = best_fit(model, read, &as_recorded)?;
     // A mistake that was made leaves less by itself than any other mistake of the model.
     let without = likelihood.deviance(None, before.squares);
     fitted.retain(|one| one.deviance(likelihood) < without);
     for one in &mut fitted {
-        if let Some((alternative, fit)) = best_fit(table, &one.corrected, &one.fit) {
+        if let Some((alternative, fit)) = best_fit(model, &one.corrected, &one.fit) {
             (one.alternative, one.fit) = (alternative, fit);
         }
     }
@@ -386,7 +389,7 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
     let changed = chosen.mistake.places();
     let is_other = |place| !changed.contains(&place);
     let (fit, alternative) = (&chosen.fit, chosen.alternative);
-    let of_others = table.fit(&chosen.corrected, &is_other, alternative, Some(fit));
+    let of_others = model.fit(&chosen.corrected, &is_other, alternative, Some(fit));
     let of_others = of_others.map_or(0.0, |fit| fit.squares);
     let variance = likelihood.variance(chosen.fit.squares);
     let seen = (changed.len() as f64).min(dof);
@@ -410,13 +413,13 @@ pub(crate) fn find_mistake(table: &mut dyn MisreadValues) -> Option<FoundMistake
 
 /// The fit that leaves least, with one mistake of the model or none.
 fn best_fit(
-    table: &mut dyn MisreadValues,
+    model: &mut dyn ValueModel,
     values: &[NamedValue],
     start: &ValueFit,
 ) -> Option<(Option<usize>, ValueFit)> {
-    let all = std::iter::once(None).chain((0..table.alternatives()).map(Some));
+    let all = std::iter::once(None).chain((0..model.alternatives()).map(Some));
     let fitted = all.filter_map(|alternative| {
-        let fit = table.fit(values, &|_| true, alternative, Some(start))?;
+        let fit = model.fit(values, &|_| true, alternative, Some(start))?;
         Some((alternative, fit))
     });
     fitted.min_by(|(_, a), (_, b)| a.squares.total_cmp(&b.squares))
@@ -434,11 +437,12 @@ struct Nearest {
 /// The mistakes that leave least if the model is linear about its fit to what was recorded; where they may have drawn that fit also those of whole
 /// components, which it takes for its parameters.
 fn nearest(
-    table: &dyn MisreadValues,
+    table: &RecordedValues,
+    model: &dyn ValueModel,
     as_recorded: &ValueFit,
     likelihood: MistakeLikelihood,
 ) -> Nearest {
-    let read = table.values();
+    let read = &table.values;
     let rows = as_recorded.columns.first().map_or(read.len(), Vec::len);
     let of_places = |values: &mut dyn Iterator<Item = (usize, f64)>| {
         let mut column = vec![0.0; rows];
@@ -459,14 +463,14 @@ fn nearest(
             let own = read[*place].value;
             let right = match change {
                 ValueChange::NameOf(other) => read[*other].value,
-                ValueChange::Times(factor) => table.scale().times(own, *factor).unwrap_or(own),
+                ValueChange::Times(factor) => table.scale.times(own, *factor).unwrap_or(own),
             };
             (*place, own - right)
         });
         let shift = fitted.shift(of_places(&mut changes).into());
         (as_recorded.squares + 2.0 * shift.product + shift.square).max(0.0)
     };
-    let is_drawn = table.may_be_drawn(as_recorded);
+    let is_drawn = model.may_be_drawn(read, as_recorded);
     let (mut near, mut whole, mut count) = (Vec::new(), Vec::new(), 0);
     let mut left = if is_drawn { 0.0 } else { as_recorded.squares };
     Mistake::all(table, |mistake| {
@@ -518,19 +522,15 @@ mod tests {
     const COMPONENTS: usize = 3;
 
     /// Values that are linear in four parameters.
-    struct LinearTable {
-        names: Vec<ValueName>,
-        values: Vec<NamedValue>,
-        columns: DMatrix<f64>,
-    }
+    struct LinearModel(DMatrix<f64>);
 
     /// Numbers between -1 and 1 that look random.
     fn number(place: usize) -> f64 {
         (12.9898 * (place + 1) as f64).sin() * 43_758.545 % 1.0
     }
 
-    impl LinearTable {
-        fn new() -> Self {
+    impl LinearModel {
+        fn new() -> (RecordedValues, Self) {
             let all = (0..POSES).flat_map(|pose| {
                 let loads = 0..LOADS;
                 loads.flat_map(move |load| {
@@ -549,50 +549,29 @@ mod tests {
                 value: exact + 0.02 * number(7000 + row),
                 u: 0.02,
             });
-            Self {
+            let table = RecordedValues {
                 values: values.collect(),
                 names,
-                columns,
-            }
-        }
-
-        fn of(&self, is_meant: impl Fn(ValueName) -> bool) -> Vec<usize> {
-            let all = 0..self.names.len();
-            all.filter(|place| is_meant(self.names[*place])).collect()
+                scale: ValueScale::Linear,
+                fewest: 3,
+                least_variance: 0.0,
+            };
+            (table, Self(columns))
         }
     }
 
-    impl MisreadValues for LinearTable {
-        fn names(&self) -> &[ValueName] {
-            &self.names
-        }
+    fn of(table: &RecordedValues, is_meant: impl Fn(ValueName) -> bool) -> Vec<usize> {
+        let all = 0..table.names.len();
+        all.filter(|place| is_meant(table.names[*place])).collect()
+    }
 
-        fn values(&self) -> &[NamedValue] {
-            &self.values
-        }
-
-        fn scale(&self) -> ValueScale {
-            ValueScale::Linear
-        }
-
-        fn may_be_drawn(&self, _as_recorded: &ValueFit) -> bool {
-            false
-        }
-
-        fn fewest(&self) -> usize {
-            3
-        }
-
+    impl ValueModel for LinearModel {
         fn free(&self) -> usize {
             4
         }
 
-        fn alternatives(&self) -> usize {
-            0
-        }
-
-        fn least_variance(&self) -> f64 {
-            0.0
+        fn may_be_drawn(&self, _read: &[NamedValue], _as_recorded: &ValueFit) -> bool {
+            false
         }
 
         fn fit(
@@ -603,14 +582,13 @@ mod tests {
             _start: Option<&ValueFit>,
         ) -> Option<ValueFit> {
             let weight = |row: usize| if keep(row) { 1.0 / values[row].u } else { 0.0 };
-            let white = DMatrix::from_fn(values.len(), 4, |row, one| {
-                weight(row) * self.columns[(row, one)]
-            });
+            let white =
+                DMatrix::from_fn(values.len(), 4, |row, one| weight(row) * self.0[(row, one)]);
             let read = DVector::from_fn(values.len(), |row, _| weight(row) * values[row].value);
             let parameters = white.clone().svd(true, true).solve(&read, 1e-12).ok()?;
             Some(ValueFit {
                 squares: (&white * &parameters - read).norm_squared(),
-                predicted: (&self.columns * &parameters).iter().copied().collect(),
+                predicted: (&self.0 * &parameters).iter().copied().collect(),
                 columns: white
                     .column_iter()
                     .map(|one| one.iter().copied().collect())
@@ -622,22 +600,23 @@ mod tests {
 
     #[test]
     fn nothing_is_found_in_a_table_without_a_mistake() {
-        assert!(find_mistake(&mut LinearTable::new()).is_none());
+        let (table, mut model) = LinearModel::new();
+        assert!(find_mistake(&table, &mut model).is_none());
     }
 
     #[test]
     fn a_usual_factor_is_found_where_it_is() {
         for factor in [-1.0, 10.0, 1e-3, 25.4, 1.0 / 9.806_65] {
             for (pose, component) in [(Some(3), None), (None, Some(1)), (Some(5), Some(2))] {
-                let mut table = LinearTable::new();
+                let (mut table, mut model) = LinearModel::new();
                 let is_meant = |name: ValueName| {
                     pose.is_none_or(|pose| pose == name.pose)
                         && component.is_none_or(|component| component == name.component)
                 };
-                for place in table.of(is_meant) {
+                for place in of(&table, is_meant) {
                     table.values[place].value /= factor;
                 }
-                let found = find_mistake(&mut table).unwrap().mistake;
+                let found = find_mistake(&table, &mut model).unwrap().mistake;
                 assert_eq!((found.pose, found.component), (pose, component), "{factor}");
                 let ValueChange::Times(times) = found.changes[0].1 else {
                     panic!("{found:?}");
@@ -646,11 +625,11 @@ mod tests {
             }
         }
         // Twice the value is no usual mistake.
-        let mut table = LinearTable::new();
-        for place in table.of(|name| name.pose == 3) {
+        let (mut table, mut model) = LinearModel::new();
+        for place in of(&table, |name| name.pose == 3) {
             table.values[place].value *= 2.0;
         }
-        assert!(find_mistake(&mut table).is_none());
+        assert!(find_mistake(&table, &mut model).is_none());
     }
 
     #[test]
@@ -667,17 +646,17 @@ mod tests {
             (Some(4), Some(1), Exchanged::Component(2), &of_component),
         ];
         for (pose, component, with, renamed) in cases {
-            let mut table = LinearTable::new();
+            let (mut table, mut model) = LinearModel::new();
             let is_meant = |name: ValueName| {
                 pose.is_none_or(|pose| pose == name.pose)
                     && component.is_none_or(|component| component == name.component)
             };
-            for place in table.of(is_meant) {
+            for place in of(&table, is_meant) {
                 let other = renamed(table.names[place]);
                 let other = table.names.iter().position(|name| *name == other).unwrap();
                 table.values.swap(place, other);
             }
-            let found = find_mistake(&mut table).unwrap().mistake;
+            let found = find_mistake(&table, &mut model).unwrap().mistake;
             let named = (found.pose, found.component, found.exchanged_with);
             assert_eq!(named, (pose, component, Some(with)));
         }

@@ -18,8 +18,8 @@ mod wrong_cells;
 pub use data_screen::screen_data;
 pub(crate) use lacking::{lacking, lacking_cells, lacking_scatter};
 pub(crate) use misread::{
-    Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake,
+    Exchanged, FoundMistake, NamedValue, RecordedValues, ValueChange, ValueFit, ValueModel,
+    ValueName, ValueScale, find_mistake,
 };
 pub(crate) use reading_screen::{against_repeats, kept};
 pub use screened::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData};

@@ -48,7 +48,7 @@ impl<'a> ReadingScreen<'a> {
         noise: &'a KnownNoise,
     ) -> Result<Self, MismatchError> {
         let problem = DiagnosisProblem::new(baseline, observations);
-        let slopes = problem.slope(&mut problem.predictor(), &problem.start())?;
+        let slopes = problem.slope(&problem.start())?;
         let (mut slope_m, mut compliance) = (slopes.slope_m, slopes.compliance);
         for cell in 0..observations.cells.len() {
             let Some(measured) = measured_compliance(observations, cell) else {

@@ -5,7 +5,9 @@
 use stiffbench_numeric::statistics::median;
 
 use super::cell_compliance::CellCompliances;
-use super::misread::{MisreadValues, NamedValue, ValueChange, ValueName, ValueScale, find_mistake};
+use super::misread::{
+    NamedValue, RecordedValues, ValueChange, ValueName, ValueScale, find_mistake,
+};
 use super::reading_screen::{ReadingScreen, relative_error_of_runs};
 use super::screened::BadRun;
 use crate::mismatch::baselines::Baseline;
@@ -46,7 +48,7 @@ pub(crate) fn wrong_cells(
             (0..compliances.len()).collect::<Vec<usize>>(),
         )
     };
-    let named = named(observations, &places, scale);
+    let (cells, names) = named(observations, &places, scale);
     let errors = match scale {
         ValueScale::Logarithmic => screen.relative_uncertainties(noise),
         ValueScale::Linear => {
@@ -62,9 +64,19 @@ pub(crate) fn wrong_cells(
         value: scale.scaled(compliances[*place]),
         u: errors[*place],
     });
-    let values = values.collect();
-    let mut cells = CellCompliances::new(baseline, named, (scale, values))?;
-    let Some(found) = find_mistake(&mut cells) else {
+    let recorded = RecordedValues {
+        names,
+        values: values.collect(),
+        scale,
+        fewest: match scale {
+            ValueScale::Logarithmic => 1,
+            // Two agree with any line by chance.
+            ValueScale::Linear => 3,
+        },
+        least_variance: 1.0,
+    };
+    let mut model = CellCompliances::new(baseline, cells, scale)?;
+    let Some(found) = find_mistake(&recorded, &mut model) else {
         return Ok(Vec::new());
     };
     let bad = |(cell, change): &(usize, ValueChange)| {
@@ -75,7 +87,7 @@ pub(crate) fn wrong_cells(
         let place = places[*cell];
         let u = found.corrected[*cell].u * found.variance.sqrt();
         let (expected, u) = scale.unscaled(found.fit.predicted[*cell], u);
-        let (read, _) = scale.unscaled(cells.values()[*cell].value, 0.0);
+        let (read, _) = scale.unscaled(recorded.values[*cell].value, 0.0);
         let values = [read, expected, u];
         let bad = BadRun {
             exchanged_with,

@@ -21,7 +21,7 @@ pub(crate) fn largest_patterns(
     space: &WhiteSpace,
     residuals: &[f64],
 ) -> Result<Vec<(f64, ResidualPattern)>, MismatchError> {
-    let slopes = problem.slope(&mut problem.predictor(), &state.fitted.model)?;
+    let slopes = problem.slope(&state.fitted.model)?;
     Ok(Patterns::new(problem.observations, &slopes.compliance).largest(space, residuals))
 }
 

@@ -206,7 +206,7 @@ fn finding(
         })
         .collect();
     let end_effect = if ranked.effect.law.changes_structure() {
-        largest(&problem.effect_m(&mut problem.predictor(), model, last)?)
+        largest(&problem.effect_m(model, last)?)
     } else {
         end_effect_m(&linearised, problem.observations, &model.effects)
     };
@@ -262,8 +262,7 @@ fn as_it_acts(
         let mut rest = found.after.clone();
         rest.fitted.model.effects.remove(place);
         let (space, _) = problem.space(&rest)?;
-        (own.white, own.whole) =
-            problem.effect_vector(&mut problem.predictor(), model, last, &space)?;
+        (own.white, own.whole) = problem.effect_vector(model, last, &space)?;
     }
     Ok(own)
 }

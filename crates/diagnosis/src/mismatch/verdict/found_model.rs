@@ -76,25 +76,7 @@ mod tests {
     };
 
     fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
-        let effect: stiffbench_beams::physics::Effect = effect.parse().unwrap();
-        let value =
-            |&value: &f64| EstimatedValue::of_covariance(value, (Some(0.1 * value.abs()), 300.0));
-        Finding {
-            values: effect.values.iter().map(value).collect(),
-            combination: None,
-            effect,
-            grade: VerdictGrade::Is,
-            shares: MisfitShares::default(),
-            at_bound: false,
-            spans_range: false,
-            alternative_group,
-            end_effect_m: 1e-5,
-            absorbed_share: 0.2,
-            log_bayes: 30.0,
-            standard_errors: 10.0,
-            p_family: 1e-6,
-            rivals: Vec::new(),
-        }
+        crate::tests::finding(effect.parse().unwrap(), alternative_group)
     }
 
     #[test]

@@ -117,7 +117,7 @@ impl PartModel {
             parameters: slopes,
             effects: self.effects.clone(),
         };
-        let predicted = problem.predicted(&mut problem.predictor(), &model)?;
+        let predicted = problem.predicted(&model)?;
         let mut out = vec![0.0; predicted.len()];
         for (reading, value) in predicted.iter().enumerate() {
             let cell = observations.cell_of(reading);

@@ -75,7 +75,7 @@ pub(crate) fn estimated_values(
 ) -> Result<Vec<EstimatedValue>, MismatchError> {
     let (model, scales) = (&fitted.model, problem.scales());
     let covariance = uncertainties(problem, state, model)?;
-    let independent = problem.independent_values(state, &mut problem.predictor(), model)?;
+    let independent = problem.independent_values(state, model)?;
     // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
     let wider = independent.map_or(1.0, |count| (fitted.squares / count).max(1.0).sqrt());
     let linear = |stated: &Stated| {
@@ -87,11 +87,11 @@ pub(crate) fn estimated_values(
     };
     let mut values: Vec<EstimatedValue> = stated.iter().map(linear).collect();
     let refit = problem.refit(&state.whitening);
-    let lowest = refit.lowest(&mut problem.predictor(), model);
+    let lowest = refit.lowest(model);
     let profile = |(stated, value): (&Stated, &EstimatedValue)| {
         let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
         let lowest = lowest.as_ref()?;
-        refit.profile(&mut problem.predictor(), (model, lowest), *stated, rise)
+        refit.profile((model, lowest), *stated, rise)
     };
     let both = stated.par_iter().zip(&values);
     let profiles: Vec<Option<ValueProfile>> = both.map(profile).collect();
@@ -111,8 +111,7 @@ fn uncertainties(
     state: &State,
     model: &Model,
 ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
-    let mut predictor = problem.predictor();
-    let mut columns = problem.columns(&mut predictor, model)?;
+    let mut columns = problem.columns(model)?;
     for column in &mut columns {
         state.whitening.covariance.whiten(column);
     }

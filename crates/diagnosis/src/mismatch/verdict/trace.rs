@@ -10,7 +10,7 @@ use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observed::Observations;
-use crate::mismatch::problem::{DiagnosisProblem, Model, ReadingPredictor};
+use crate::mismatch::problem::{DiagnosisProblem, Model};
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,29 +88,31 @@ pub fn trace(
     diagnosis: &Diagnosis,
 ) -> Result<DiagnosisTrace, MismatchError> {
     let problem = DiagnosisProblem::new(baseline, observations);
-    let mut predictor = problem.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
     let known = diagnosis.known_effects.iter().map(|known| Effect {
         values: known.before.iter().map(|value| value.value).collect(),
         ..known.given.clone()
     });
-    let known: Vec<Effect> = known.collect();
-    let before = prediction(&mut predictor, observations, &first, &known)?;
-    let (parameters, effects) = (&diagnosis.parameters, &diagnosis.effects);
-    let after = prediction(&mut predictor, observations, parameters, effects)?;
-    let model = Model {
-        parameters: parameters.clone(),
-        effects: effects.clone(),
+    let first = Model {
+        parameters: first,
+        effects: known.collect(),
     };
-    let slopes = problem.slope(&mut predictor, &model)?;
+    let model = Model {
+        parameters: diagnosis.parameters.clone(),
+        effects: diagnosis.effects.clone(),
+    };
+    let prediction = |model: &Model| {
+        let predicted = problem.predicted_if_any(model)?;
+        predicted.ok_or(MismatchError::Empty)
+    };
+    let (before, after) = (prediction(&first)?, prediction(&model)?);
+    let slopes = problem.slope(&model)?;
     let mut traced = Vec::new();
-    for place in 0..effects.len() {
-        let rest = model.without(place).effects;
-        let mut without = vec![0.0; observations.len()];
-        if predictor.predict(parameters, &rest, &mut without)? {
+    for (place, effect) in model.effects.iter().enumerate() {
+        if let Some(without) = problem.predicted_if_any(&model.without(place))? {
             let change = after.iter().zip(&without).map(|(with, rest)| with - rest);
             traced.push(EffectTrace {
-                effect: effects[place].clone(),
+                effect: effect.clone(),
                 change_m: change.collect(),
             });
         }
@@ -121,21 +123,19 @@ pub fn trace(
         &slopes.slope_m,
         slopes.force(),
     );
-    let residuals = [&before, &after].map(|prediction| -> Vec<f64> {
-        let measured = observations.displacement_m.iter();
-        measured.zip(prediction).map(|(y, p)| y - p).collect()
-    });
+    let change = after.iter().zip(&before).map(|(a, b)| a - b).collect();
     let displacements = observations.about_zeros(observations.displacement_m.clone());
     let readings_m = displacements.iter().enumerate();
     let readings_m = readings_m.filter(|(place, _)| !rotates(observations, *place));
     let displacement_rms_m = root_mean_square(readings_m.map(|(_, value)| *value));
     let forces = observations.loads.iter().map(|load| load.force_n).collect();
     let forces = observations.about_zeros(forces);
+    let residuals = [before, after].map(|predicted| problem.less(predicted));
     let about_zeros_m = residuals.map(|r| observations.about_zeros(r));
     let models = ModelPair {
         within: (about_zeros_m.clone()).map(|r| within_runs(observations, r, &forces)),
         about_zeros: about_zeros_m,
-        change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
+        change,
         slope_m: observations.about_zeros(slopes.slope_m),
         weights: whitening.covariance.weights(),
     };
@@ -176,21 +176,6 @@ fn within_runs(observations: &Observations, mut residuals: Vec<f64>, forces: &[f
     residuals
 }
 
-/// Displacements of a model, m.
-fn prediction(
-    predictor: &mut ReadingPredictor<'_>,
-    observations: &Observations,
-    parameters: &[f64],
-    effects: &[Effect],
-) -> Result<Vec<f64>, MismatchError> {
-    let mut out = vec![0.0; observations.len()];
-    if predictor.predict(parameters, effects, &mut out)? {
-        Ok(out)
-    } else {
-        Err(MismatchError::Empty)
-    }
-}
-
 /// Whether a reading is a rotation.
 fn rotates(observations: &Observations, reading: usize) -> bool {
     let cell = observations.cell_of(reading);
@@ -200,13 +185,8 @@ fn rotates(observations: &Observations, reading: usize) -> bool {
 /// Displacements alone: rotations have no place beside them.
 fn readings(observations: &Observations, models: &ModelPair<'_>) -> Vec<ReadingTrace> {
     let recorded = observations.recorded;
-    let rotates = |place: usize| {
-        observations.cells[observations.cell_of(place)]
-            .read
-            .is_rotation()
-    };
     (0..observations.len())
-        .filter(|&place| !rotates(place))
+        .filter(|&place| !rotates(observations, place))
         .map(|place| {
             let (reading, load) = (&observations.readings[place], &observations.loads[place]);
             let cell = &observations.cells[observations.cell_of(place)];

@@ -28,19 +28,27 @@ fn positions() -> LoadCaseTable {
     read_load_cases("positions.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
 }
 
+fn model<'a>(
+    robot: &'a Robot,
+    start: &'a FittingFactors,
+    posed: &'a PosedLoadCases,
+) -> LoadCaseModel<'a> {
+    LoadCaseModel {
+        robot,
+        mechanism: robot.mechanism(None).unwrap(),
+        start,
+        posed,
+        steps: GaugeSteps::default(),
+        physics: None,
+    }
+}
+
 /// The largest difference of a column from central differences, as a share of the column's largest entry; and how many columns there were.
 fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64, usize) {
     let mechanism = robot.mechanism(None).unwrap();
     let posed = PosedLoadCases::new(robot, mechanism, table).unwrap();
     let start = robot.with_own_springs(&FittingFactors::UNIT);
-    let model = LoadCaseModel {
-        robot,
-        mechanism,
-        start: &start,
-        posed: &posed,
-        steps: GaugeSteps::default(),
-        physics: None,
-    };
+    let model = model(robot, &start, &posed);
     let tracker = model.tracker().unwrap();
     let (parameters, _) = model.parameters(choice, tracker.as_ref()).unwrap();
     let scatter = RowScatter::plain(&posed, model.steps, [1.0; 2]);
@@ -141,14 +149,7 @@ fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
         let posed = PosedLoadCases::new(&robot, mechanism, &table).unwrap();
         let mut without_value = posed.clone();
         without_value.cases[row / 3].components[row % 3].value = f64::NAN;
-        let model = LoadCaseModel {
-            robot: &robot,
-            mechanism,
-            start: &start,
-            posed: &posed,
-            steps: GaugeSteps::default(),
-            physics: None,
-        };
+        let model = model(&robot, &start, &posed);
         let (parameters, _) = model.parameters(&choice, None).unwrap();
         let scatter = RowScatter::plain(&posed, model.steps, [1.0; 2]);
         let model = LoadCaseModel {

@@ -1,16 +1,15 @@
-use crate::parameters::ParameterChoice;
 use nalgebra::DMatrix;
-use stiffbench_beams::robot::Robot;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
-use stiffbench_test_files::{shipped_robot, text};
+use stiffbench_test_files::text;
 
 use super::*;
-use crate::mismatch::baselines::{Baseline, RobotBaseline, prior_sd};
+use crate::mismatch::baselines::{Baseline, prior_sd};
 use crate::mismatch::candidates::candidate::candidates;
 use crate::mismatch::noise::{KnownNoise, force_within_steps};
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, State};
 use crate::search::{Batched, Plain};
+use crate::tests::{baseline, hp_robot};
 
 /// V of a noise as it is written: σ² + g² b² of a reading, ρ^|i - j| of it between readings of a run, (q²/12 + σ_F²) c² of a reading by its force,
 /// σ₀² of readings with one zero, σₛ² bᵢ bⱼ of readings of one run.
@@ -45,22 +44,9 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let session = text("data/sessions/demo/readings.csv");
     let table = read_readings("readings.csv", session.as_bytes(), &ReadOptions::default()).unwrap();
     let observations = Observations::new(&table, None);
-    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-    let poses = observations.poses.iter();
-    let poses = poses
-        .map(|pose| robot.pose(pose).unwrap().clone())
-        .collect();
+    let robot = hp_robot();
     let factors = robot.factor_set("m_fsd").unwrap();
-    let mechanism = robot.mechanism(Some("F")).unwrap();
-    let baseline = RobotBaseline::new(
-        &robot,
-        mechanism,
-        factors,
-        poses,
-        &ParameterChoice::default(),
-        0.0,
-    )
-    .unwrap();
+    let baseline = baseline(&robot, "F", factors, &observations.poses);
     let problem = DiagnosisProblem::new(&baseline, &observations);
     let state = problem
         .alternate(problem.start(), KnownNoise::Nothing)
@@ -68,8 +54,7 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
         .unwrap();
     let model = &state.fitted.model;
     let (space, residuals) = problem.space(&state).unwrap();
-    let mut predictor = problem.predictor();
-    let mut columns = problem.columns(&mut predictor, model).unwrap();
+    let mut columns = problem.columns(model).unwrap();
     columns.extend(force_within_steps(&observations, &state.noise.noise));
     let mut y = problem.raw_residuals(model).unwrap();
     for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
@@ -83,7 +68,9 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let v = 1e12 * dense(&observations, &state);
     let plain = Plain::new(&v, &prior_sd(&baseline), &columns, space.basis(), &y);
     let fast = Batched::new(&space, &residuals);
-    let linearised = predictor.linearised(&model.parameters, &[]).unwrap();
+    let linearised = (problem.predictor())
+        .linearised(&model.parameters, &[])
+        .unwrap();
     let changes = Changes::new(&observations, &linearised, &[]).unwrap();
     let list = candidates(&observations, &linearised, &[]);
     let scored = score_candidates(&changes, &fast, list);

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::contrasts::{Basis, Stage};
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observed::Observations;
 use crate::search::{RowVector, dot, norm, push_orthonormal, push_orthonormal_rows, subtract};
@@ -16,17 +17,10 @@ pub(super) type CellColumns = Vec<RowVector>;
 /// Columns that run through all cells.
 pub(super) type WholeColumns = Vec<Vec<f64>>;
 
-/// A stage of a nested basis.
-pub(super) struct Stage<'a> {
-    /// Columns of a cell, m.
-    pub(super) columns: &'a (dyn Fn(usize) -> CellColumns + Sync),
-    /// Columns shorter than this share of their length once the stages before are taken out count as spanned by them.
-    pub(super) least: f64,
-}
-
 /// Orthonormal columns of each cell, stage by stage.
 #[derive(Debug, Clone)]
 pub(super) struct LocalBasis {
+    basis: Basis,
     cells: Vec<StratumBasis>,
 }
 
@@ -39,29 +33,33 @@ struct StratumBasis {
 
 impl LocalBasis {
     /// Makes the columns of all stages white and orthonormal, each stage to those before it.
+    ///
+    /// # Arguments
+    /// - `columns`: those of a stage in a cell, m.
     pub(super) fn new(
         observations: &Observations,
         whitening: &NoiseCovariance,
-        stages: &[Stage<'_>],
+        basis: Basis,
+        columns: &(dyn Fn(Stage, usize) -> CellColumns + Sync),
     ) -> Self {
         let cells = (0..observations.cells.len())
             .into_par_iter()
             .map(|cell| {
-                let mut basis = StratumBasis {
+                let mut own = StratumBasis {
                     columns: Vec::new(),
                     ends: Vec::new(),
                 };
-                for stage in stages {
-                    for column in (stage.columns)(cell) {
+                for &stage in basis.stages() {
+                    for column in columns(stage, cell) {
                         let white = whitening.covariance.whiten_vector(&column);
-                        push_orthonormal_rows(&mut basis.columns, white, stage.least);
+                        push_orthonormal_rows(&mut own.columns, white, stage.least());
                     }
-                    basis.ends.push(basis.columns.len());
+                    own.ends.push(own.columns.len());
                 }
-                basis
+                own
             })
             .collect();
-        Self { cells }
+        Self { basis, cells }
     }
 
     /// Takes out of a white vector the columns of each cell up to its stage.
@@ -109,6 +107,8 @@ pub(super) struct GlobalColumn {
 /// The space of local columns up to a stage (which may differ between cells) and of global columns.
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
+    /// That of the local columns.
+    pub(super) basis: Basis,
     stages: Vec<usize>,
     /// Global columns, orthonormal to each other and to the local ones.
     extra: Vec<Vec<f64>>,
@@ -116,8 +116,16 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    pub(super) fn new(basis: &LocalBasis, stages: Vec<usize>, globals: &[&GlobalColumn]) -> Self {
+    /// # Arguments
+    /// - `stages`: of each cell.
+    pub(super) fn new(
+        basis: &LocalBasis,
+        stages: impl Iterator<Item = Stage>,
+        globals: &[&GlobalColumn],
+    ) -> Self {
+        let stages: Vec<usize> = stages.map(|stage| basis.basis.before(stage)).collect();
         let mut fit = Self {
+            basis: basis.basis,
             rank: basis.rank(&stages),
             stages,
             extra: Vec::new(),

@@ -6,7 +6,8 @@ use crate::mismatch::noise::{NoiseCovariance, force_within_steps, loads_off};
 use crate::mismatch::observed::{Observations, ObservedReading};
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
+use super::bases::{CellColumns, GlobalColumn, LocalBasis};
+use super::contrasts::{Basis, Stage};
 use super::levels::{indicators, levels};
 use crate::search::RowVector;
 use crate::search::constants::{COLUMN_LEFT, ROUNDING};
@@ -41,92 +42,79 @@ pub(super) struct ColumnSets {
     pub(super) repeat: Vec<usize>,
 }
 
-/// The bases within runs, of slopes, of zeros, and within runs with the holds last; see [`super::contrasts`] for their stages.
+/// All bases.
+///
+/// # Arguments
+/// - `mixed`: whether there are runs that pull and push, within which one slope is compared with the other; else runs are compared.
 pub(super) fn bases(
     observations: &Observations,
     whitening: &NoiseCovariance,
     mixed: bool,
 ) -> [LocalBasis; 4] {
-    let cells = CellColumnSet { observations };
-    let none = |_: usize| CellColumns::new();
-    let errors_of_force = force_within_steps(observations, &whitening.noise);
-    let zeros = |cell: usize| {
-        let mut zeros = cells.by_level(cell, |_, one| Some(one.zero));
-        let readings = observations.cells[cell].readings.clone();
-        zeros.extend(errors_of_force.get(cell).map(|column| RowVector {
-            first: readings.start,
-            values: column[readings].to_vec(),
-        }));
-        zeros
+    let cells = CellColumnSet {
+        observations,
+        errors_of_force: force_within_steps(observations, &whitening.noise),
     };
-    let runs = |cell| cells.run_slopes(cell);
-    let slope = |cell| vec![cells.of(cell, |force| force)];
-    let offset = |cell| vec![cells.of(cell, |_| 1.0)];
-    let sizes = |cell| vec![cells.of(cell, f64::abs)];
-    // Curves of the force as it was: the loads of a level differ by what the jack left.
-    let curves = |cell| {
-        vec![
-            cells.of(cell, |force| force * force.abs()),
-            cells.of(cell, |force| force.powi(3)),
-        ]
-    };
-    let unloads = |one: &ObservedReading| one.branch == Branch::Unloading;
-    let levels = |cell| cells.by_level(cell, |level, _| Some(level));
-    // The unloading branch as a whole, and each level on it.
-    let loops = |cell| cells.by_level(cell, |_, one| unloads(one).then_some(()));
-    let branches = |cell| cells.by_level(cell, |level, one| unloads(one).then_some(level));
-    // Each later reading of a hold, by level, branch and its number.
-    let holds = |cell| {
-        cells.by_level(cell, |level, one| {
-            let number = one.hold_number;
-            (number > 0).then_some((level, unloads(one), number))
-        })
-    };
-    let [sign_within, sign_between]: [&(dyn Fn(usize) -> CellColumns + Sync); 2] = if mixed {
-        [&sizes, &none]
-    } else {
-        [&none, &sizes]
-    };
-    fn stage(columns: &(dyn Fn(usize) -> CellColumns + Sync), least: f64) -> Stage<'_> {
-        Stage { columns, least }
+    Basis::ALL.map(|basis| {
+        let has_sign = mixed != (basis == Basis::Between);
+        let columns = |stage: Stage, cell: usize| match stage {
+            Stage::Sign if !has_sign => CellColumns::new(),
+            _ => cells.of_stage(stage, cell),
+        };
+        LocalBasis::new(observations, whitening, basis, &columns)
+    })
+}
+
+impl Stage {
+    /// Share of the length of a column below which, once the stages before are taken out, it counts as spanned by them.
+    pub(super) fn least(self) -> f64 {
+        match self {
+            Self::Zeros | Self::RunSlopes | Self::Slope | Self::Offset => ROUNDING,
+            Self::Levels | Self::Branches => LEVEL_LEFT,
+            Self::Holds | Self::Sign | Self::Curves | Self::Loops => COLUMN_LEFT,
+        }
     }
-    let basis = |stages: &[Stage<'_>]| LocalBasis::new(observations, whitening, stages);
-    [
-        basis(&[
-            stage(&zeros, ROUNDING),
-            stage(&runs, ROUNDING),
-            stage(&holds, COLUMN_LEFT),
-            stage(sign_within, COLUMN_LEFT),
-            stage(&curves, COLUMN_LEFT),
-            stage(&levels, LEVEL_LEFT),
-            stage(&loops, COLUMN_LEFT),
-            stage(&branches, LEVEL_LEFT),
-        ]),
-        basis(&[
-            stage(&zeros, ROUNDING),
-            stage(&slope, ROUNDING),
-            stage(sign_between, COLUMN_LEFT),
-        ]),
-        basis(&[stage(&runs, ROUNDING), stage(&offset, ROUNDING)]),
-        basis(&[
-            stage(&zeros, ROUNDING),
-            stage(&runs, ROUNDING),
-            stage(sign_within, COLUMN_LEFT),
-            stage(&curves, COLUMN_LEFT),
-            stage(&levels, LEVEL_LEFT),
-            stage(&loops, COLUMN_LEFT),
-            stage(&branches, LEVEL_LEFT),
-            stage(&holds, COLUMN_LEFT),
-        ]),
-    ]
 }
 
 /// Columns of one cell.
 struct CellColumnSet<'a> {
     observations: &'a Observations,
+    /// By cell, of all readings; empty where they are not told apart.
+    errors_of_force: Vec<Vec<f64>>,
 }
 
 impl CellColumnSet<'_> {
+    /// Columns of a cell, m.
+    fn of_stage(&self, stage: Stage, cell: usize) -> CellColumns {
+        let unloads = |one: &ObservedReading| one.branch == Branch::Unloading;
+        match stage {
+            Stage::Zeros => {
+                let mut zeros = self.by_level(cell, |_, one| Some(one.zero));
+                let readings = self.observations.cells[cell].readings.clone();
+                zeros.extend(self.errors_of_force.get(cell).map(|column| RowVector {
+                    first: readings.start,
+                    values: column[readings].to_vec(),
+                }));
+                zeros
+            }
+            Stage::RunSlopes => self.run_slopes(cell),
+            Stage::Slope => vec![self.of(cell, |force| force)],
+            Stage::Offset => vec![self.of(cell, |_| 1.0)],
+            Stage::Sign => vec![self.of(cell, f64::abs)],
+            Stage::Curves => vec![
+                self.of(cell, |force| force * force.abs()),
+                self.of(cell, |force| force.powi(3)),
+            ],
+            Stage::Levels => self.by_level(cell, |level, _| Some(level)),
+            Stage::Loops => self.by_level(cell, |_, one| unloads(one).then_some(())),
+            Stage::Branches => self.by_level(cell, |level, one| unloads(one).then_some(level)),
+            Stage::Holds => self.by_level(cell, |level, one| {
+                let number = one.hold_number;
+                (number > 0).then_some((level, unloads(one), number))
+            }),
+        }
+    }
+
     /// A function of force and place, with forces as shares of the largest.
     fn of(&self, cell: usize, value: impl Fn(f64) -> f64) -> RowVector {
         self.of_readings(cell, &self.observations.cells[cell].readings, value)

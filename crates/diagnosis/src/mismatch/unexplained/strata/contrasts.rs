@@ -2,45 +2,83 @@
 
 use super::results::Contrast;
 
-/// Within runs: zeros and slopes of runs are taken out first, so that only the errors of readings are left to compare with.
-pub(super) const WITHIN: usize = 0;
-/// Between runs: slopes of runs, their zeros taken out.
-pub(super) const BETWEEN: usize = 1;
-/// Between runs: zeros of runs, their slopes taken out.
-pub(super) const OFFSETS: usize = 2;
-
-/// Within runs with the holds last.
-const HELD: usize = 3;
-
-/// Stages of the basis within runs. The holds stand first: what a load does under a long hold is no part of its level.
-pub(super) mod within {
-    pub(crate) const SLOPES: usize = 1;
-    pub(crate) const HOLDS: usize = 2;
-    pub(crate) const SIGN: usize = 3;
-    pub(crate) const CURVES: usize = 4;
-    pub(crate) const LEVELS: usize = 5;
-    pub(crate) const LOOPS: usize = 6;
-    pub(crate) const BRANCHES: usize = 7;
+/// Which columns of cells are taken out one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Basis {
+    /// Within runs: zeros and slopes of runs are taken out first, so that only the errors of readings are left to compare with. The holds stand
+    /// next: what a load does under a long hold is no part of its level.
+    Within,
+    /// Between runs: slopes of runs, their zeros taken out.
+    Between,
+    /// Between runs: zeros of runs, their slopes taken out.
+    Offsets,
+    /// Within runs with the holds last.
+    Held,
 }
 
-/// Stages of the basis with the holds last.
-mod held {
-    pub(crate) const SLOPES: usize = 1;
-    pub(crate) const BRANCHES: usize = 6;
-    pub(crate) const HOLDS: usize = 7;
+/// Columns of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// Its zeros, and what the force gauge errs in its steps.
+    Zeros,
+    /// The slope of each of its runs.
+    RunSlopes,
+    /// Its slope.
+    Slope,
+    /// Its zero.
+    Offset,
+    /// Each later reading of a hold, by level, branch and its number.
+    Holds,
+    /// The slope of pull against that of push.
+    Sign,
+    /// Curves of the force as it was: the loads of a level differ by what the jack left.
+    Curves,
+    /// Levels of load.
+    Levels,
+    /// The unloading branch as a whole.
+    Loops,
+    /// Each level on the unloading branch.
+    Branches,
 }
 
-/// Stages of the basis of slopes.
-pub(super) mod between {
-    pub(crate) const ZEROS: usize = 0;
-    pub(crate) const CELLS: usize = 1;
-    pub(crate) const SIGN: usize = 2;
-}
+impl Basis {
+    pub(super) const ALL: [Self; 4] = [Self::Within, Self::Between, Self::Offsets, Self::Held];
 
-/// Stages of the basis of zeros.
-pub(super) mod offsets {
-    pub(crate) const SLOPES: usize = 0;
-    pub(crate) const CELLS: usize = 1;
+    /// Its stages, each beyond those before it.
+    pub(super) fn stages(self) -> &'static [Stage] {
+        match self {
+            Self::Within => &[
+                Stage::Zeros,
+                Stage::RunSlopes,
+                Stage::Holds,
+                Stage::Sign,
+                Stage::Curves,
+                Stage::Levels,
+                Stage::Loops,
+                Stage::Branches,
+            ],
+            Self::Between => &[Stage::Zeros, Stage::Slope, Stage::Sign],
+            Self::Offsets => &[Stage::RunSlopes, Stage::Offset],
+            Self::Held => &[
+                Stage::Zeros,
+                Stage::RunSlopes,
+                Stage::Sign,
+                Stage::Curves,
+                Stage::Levels,
+                Stage::Loops,
+                Stage::Branches,
+                Stage::Holds,
+            ],
+        }
+    }
+
+    /// How many of its stages stand before one.
+    pub(super) fn before(self, stage: Stage) -> usize {
+        self.stages()
+            .iter()
+            .take_while(|one| **one != stage)
+            .count()
+    }
 }
 
 /// What a contrast is compared with.
@@ -81,9 +119,9 @@ pub(super) enum Common {
 pub(super) struct Plan {
     pub(super) contrast: Contrast,
     pub(super) error: ErrorTerm,
-    pub(super) basis: usize,
+    pub(super) basis: Basis,
     /// Stages without and with the contrast.
-    pub(super) stages: [usize; 2],
+    pub(super) stages: [Stage; 2],
     pub(super) common: Common,
 }
 
@@ -97,53 +135,52 @@ pub(super) fn plans(mixed: bool) -> Vec<Plan> {
         stages,
         common,
     };
-    let slope =
-        |contrast, stages, common| plan(contrast, ErrorTerm::RunSlope, BETWEEN, stages, common);
+    let slope = |contrast, stages, common| {
+        plan(
+            contrast,
+            ErrorTerm::RunSlope,
+            Basis::Between,
+            stages,
+            common,
+        )
+    };
     let pure =
         |contrast, basis, stages, common| plan(contrast, ErrorTerm::Pure, basis, stages, common);
-    let within = |contrast, stages| pure(contrast, WITHIN, stages, Common::Clock);
+    let within = |contrast, stages| pure(contrast, Basis::Within, stages, Common::Clock);
     let sign = if mixed {
-        within(Contrast::Sign, [within::HOLDS, within::SIGN])
+        within(Contrast::Sign, [Stage::Holds, Stage::Sign])
     } else {
-        slope(
-            Contrast::Sign,
-            [between::CELLS, between::SIGN],
-            Common::Repeat,
-        )
+        slope(Contrast::Sign, [Stage::Slope, Stage::Sign], Common::Repeat)
     };
     vec![
         slope(
             Contrast::CellSlope,
-            [between::ZEROS, between::CELLS],
+            [Stage::Zeros, Stage::Slope],
             Common::Model,
         ),
-        slope(
-            Contrast::Repeat,
-            [between::CELLS, between::CELLS],
-            Common::Model,
-        ),
+        slope(Contrast::Repeat, [Stage::Slope; 2], Common::Model),
         plan(
             Contrast::CellOffset,
             ErrorTerm::RunZero,
-            OFFSETS,
-            [offsets::SLOPES, offsets::CELLS],
+            Basis::Offsets,
+            [Stage::RunSlopes, Stage::Offset],
             Common::Model,
         ),
         pure(
             Contrast::Clock,
-            HELD,
-            [held::SLOPES, held::SLOPES],
+            Basis::Held,
+            [Stage::RunSlopes; 2],
             Common::Model,
         ),
         sign,
-        within(Contrast::Curve, [within::SIGN, within::CURVES]),
-        within(Contrast::LoadStep, [within::CURVES, within::LEVELS]),
-        within(Contrast::Loop, [within::LEVELS, within::LOOPS]),
-        within(Contrast::Branch, [within::LOOPS, within::BRANCHES]),
+        within(Contrast::Curve, [Stage::Sign, Stage::Curves]),
+        within(Contrast::LoadStep, [Stage::Curves, Stage::Levels]),
+        within(Contrast::Loop, [Stage::Levels, Stage::Loops]),
+        within(Contrast::Branch, [Stage::Loops, Stage::Branches]),
         pure(
             Contrast::Hold,
-            HELD,
-            [held::BRANCHES, held::HOLDS],
+            Basis::Held,
+            [Stage::Branches, Stage::Holds],
             Common::Clock,
         ),
     ]

@@ -6,9 +6,7 @@ use crate::search::subtract;
 
 use super::bases::{Fit, GlobalColumn, LocalBasis, WholeColumns};
 use super::columns::{Setting, bases, sets};
-use super::contrasts::{
-    BETWEEN, Common, ErrorTerm, OFFSETS, Plan, WITHIN, between, offsets, plans, within,
-};
+use super::contrasts::{Basis, Common, ErrorTerm, Plan, Stage, plans};
 use super::results::{Contrast, Untested};
 
 /// Least mean square of an error term, in units of the noise (1): noise is at least six digits of the largest displacement, and what agrees to nine
@@ -42,8 +40,9 @@ pub(super) struct Decomposition<'a> {
     pub(super) comparisons: Vec<FitContrast>,
     run_slope: [Fit; 2],
     run_zero: [Fit; 2],
-    shape: [Fit; 2],
+    before_curves: Fit,
     curves: Fit,
+    /// All that repeats itself.
     pure: Fit,
     /// Share of the variance of readings that [`Self::pure`] leaves: the errors of a force gauge that scatters are taken out of it, but not out of the
     /// means over repeats.
@@ -60,21 +59,29 @@ impl<'a> Decomposition<'a> {
         let mixed = runs.any(|run| observations.is_loaded_both_ways(run.readings.clone()));
         let bases = bases(observations, whitening, mixed);
         let sets = sets(setting);
-        let fit = |basis: usize, stage: usize, columns: &[&[usize]]| {
+        let fit = |basis: Basis, stage: Stage, columns: &[&[usize]]| {
             let columns: Vec<&GlobalColumn> = columns
                 .iter()
                 .flat_map(|set| set.iter().map(|&place| &sets.globals[place]))
                 .collect();
-            Fit::new(&bases[basis], vec![stage; cells], &columns)
+            let stages = std::iter::repeat_n(stage, cells);
+            Fit::new(&bases[basis as usize], stages, &columns)
         };
         let model = &sets.model[..];
         let (clock, repeat) = (&sets.clock[..], &sets.repeat[..]);
         // Zeros and slopes of all runs hold what cells have of either; among columns of single runs they take no more memory than readings.
-        let run_slope = [(BETWEEN, between::SIGN), (WITHIN, within::SLOPES)]
-            .map(|(basis, stage)| fit(basis, stage, &[model, repeat]));
-        let run_zero = [(OFFSETS, offsets::CELLS), (WITHIN, within::SLOPES)]
-            .map(|(basis, stage)| fit(basis, stage, &[model]));
-        let pure = fit(WITHIN, within::BRANCHES, &[model, clock]);
+        let run_slope = [
+            (Basis::Between, Stage::Sign),
+            (Basis::Within, Stage::RunSlopes),
+        ]
+        .map(|(basis, stage)| fit(basis, stage, &[model, repeat]));
+        let run_zero = [
+            (Basis::Offsets, Stage::Offset),
+            (Basis::Within, Stage::RunSlopes),
+        ]
+        .map(|(basis, stage)| fit(basis, stage, &[model]));
+        let [pure, before_curves, curves] = [Stage::Branches, Stage::Sign, Stage::Curves]
+            .map(|stage| fit(Basis::Within, stage, &[model, clock]));
         let mut comparisons = Vec::new();
         let mut untested = Vec::new();
         for plan in plans(mixed) {
@@ -121,9 +128,6 @@ impl<'a> Decomposition<'a> {
                 plan,
             });
         }
-        let shape =
-            [within::SIGN, within::BRANCHES].map(|stage| fit(WITHIN, stage, &[model, clock]));
-        let curves = fit(WITHIN, within::CURVES, &[model, clock]);
         Self {
             observations,
             whitening,
@@ -134,7 +138,7 @@ impl<'a> Decomposition<'a> {
             comparisons,
             run_slope,
             run_zero,
-            shape,
+            before_curves,
             curves,
             pure,
             pure_share: pure_share(observations, whitening),
@@ -144,17 +148,15 @@ impl<'a> Decomposition<'a> {
 
     /// Weighted squares and degrees of freedom of an error term.
     pub(super) fn error(&self, term: ErrorTerm, white: &[f64]) -> (f64, f64) {
-        let (basis, [without, with]) = match term {
-            ErrorTerm::RunSlope => (BETWEEN, &self.run_slope),
-            ErrorTerm::RunZero => (OFFSETS, &self.run_zero),
+        let [without, with] = match term {
+            ErrorTerm::RunSlope => &self.run_slope,
+            ErrorTerm::RunZero => &self.run_zero,
             ErrorTerm::Pure => {
-                let left = self.pure.left(&self.bases[WITHIN], white);
                 let dof = white.len().saturating_sub(self.pure.rank);
-                return at_least((squares(&left) / self.pure_share, dof as f64));
+                return at_least((squares(&self.pure(white)) / self.pure_share, dof as f64));
             }
         };
-        let left = without.left(&self.bases[basis], white);
-        let right = with.left(&self.bases[WITHIN], white);
+        let [left, right] = [without, with].map(|fit| self.left_by(fit, white));
         let dof = with.rank - without.rank;
         at_least((squares(&left) - squares(&right), dof as f64))
     }
@@ -163,23 +165,22 @@ impl<'a> Decomposition<'a> {
     /// by products alone, for many vectors.
     pub(super) fn ratios(&self, white: &[f64]) -> (Vec<[f64; 3]>, (f64, f64)) {
         let local = self.bases.each_ref().map(|b| b.squares_along(white));
-        let within = |basis: usize, fit: &Fit| fit.squares_within(&local[basis], white);
+        let within = |fit: &Fit| fit.squares_within(&local[fit.basis as usize], white);
         let whole = squares(white);
         // Below this they are nothing but rounding.
         let least = f64::EPSILON * white.len() as f64 * whole;
-        let runs = |basis: usize, [without, with]: &[Fit; 2]| {
-            let squares = within(WITHIN, with) - within(basis, without);
+        let runs = |[without, with]: &[Fit; 2]| {
+            let squares = within(with) - within(without);
             at_least((squares.max(least), (with.rank - without.rank) as f64))
         };
         let pure = at_least((
-            ((whole - within(WITHIN, &self.pure)) / self.pure_share).max(least),
+            ((whole - within(&self.pure)) / self.pure_share).max(least),
             white.len().saturating_sub(self.pure.rank) as f64,
         ));
-        let run_slope = runs(BETWEEN, &self.run_slope);
-        let run_zero = runs(OFFSETS, &self.run_zero);
+        let run_slope = runs(&self.run_slope);
+        let run_zero = runs(&self.run_zero);
         let ratio = |one: &FitContrast| {
-            let explained =
-                within(one.plan.basis, &one.with) - within(one.plan.basis, &one.without);
+            let explained = within(&one.with) - within(&one.without);
             let d1 = (one.with.rank - one.without.rank) as f64;
             let (error, d2) = match one.plan.error {
                 ErrorTerm::RunSlope => run_slope,
@@ -193,12 +194,7 @@ impl<'a> Decomposition<'a> {
 
     /// What a contrast explains of a white vector, and its degrees of freedom.
     pub(super) fn pattern(&self, comparison: &FitContrast, white: &[f64]) -> (Vec<f64>, f64) {
-        self.between_fits(
-            comparison.plan.basis,
-            &comparison.without,
-            &comparison.with,
-            white,
-        )
+        self.between_fits(&comparison.without, &comparison.with, white)
     }
 
     /// The same for the part of the contrast that lies in some cells.
@@ -209,9 +205,8 @@ impl<'a> Decomposition<'a> {
         inside: &dyn Fn(usize) -> bool,
     ) -> (Vec<f64>, f64) {
         let [from, to] = comparison.plan.stages;
-        let stages = (0..self.observations.cells.len())
-            .map(|cell| if inside(cell) { to } else { from })
-            .collect();
+        let cells = 0..self.observations.cells.len();
+        let stages = cells.map(|cell| if inside(cell) { to } else { from });
         let added: Vec<GlobalColumn> = comparison
             .added
             .iter()
@@ -223,8 +218,9 @@ impl<'a> Decomposition<'a> {
             .map(|&place| &self.globals[place])
             .chain(&added)
             .collect();
-        let with = Fit::new(&self.bases[comparison.plan.basis], stages, &columns);
-        self.between_fits(comparison.plan.basis, &comparison.without, &with, white)
+        let basis = comparison.plan.basis as usize;
+        let with = Fit::new(&self.bases[basis], stages, &columns);
+        self.between_fits(&comparison.without, &with, white)
     }
 
     fn restricted(&self, column: &GlobalColumn, inside: &dyn Fn(usize) -> bool) -> GlobalColumn {
@@ -240,15 +236,14 @@ impl<'a> Decomposition<'a> {
         }
     }
 
-    fn between_fits(
-        &self,
-        basis: usize,
-        without: &Fit,
-        with: &Fit,
-        white: &[f64],
-    ) -> (Vec<f64>, f64) {
-        let mut pattern = without.left(&self.bases[basis], white);
-        let rest = with.left(&self.bases[basis], white);
+    /// What a white vector has outside the space of a fit.
+    fn left_by(&self, fit: &Fit, white: &[f64]) -> Vec<f64> {
+        fit.left(&self.bases[fit.basis as usize], white)
+    }
+
+    fn between_fits(&self, without: &Fit, with: &Fit, white: &[f64]) -> (Vec<f64>, f64) {
+        let mut pattern = self.left_by(without, white);
+        let rest = self.left_by(with, white);
         subtract(&mut pattern, 1.0, &rest);
         (pattern, (with.rank - without.rank) as f64)
     }
@@ -262,8 +257,10 @@ impl<'a> Decomposition<'a> {
     #[cfg(test)]
     pub(super) fn without_model(&self, white: &[f64]) -> Vec<f64> {
         let columns: Vec<&GlobalColumn> = self.model.iter().map(|&p| &self.globals[p]).collect();
-        let empty = LocalBasis::new(self.observations, self.whitening, &[]);
-        Fit::new(&empty, Vec::new(), &columns).left(&empty, white)
+        self.left_by(
+            &Fit::new(&self.bases[0], std::iter::empty(), &columns),
+            white,
+        )
     }
 
     /// Readings, m, made white.
@@ -275,24 +272,23 @@ impl<'a> Decomposition<'a> {
 
     /// Orthonormal columns that global columns add to smooth curves over the load, and to everything that repeats itself.
     pub(super) fn beyond_curves(&self, columns: &[GlobalColumn]) -> [WholeColumns; 2] {
-        [&self.curves, &self.pure].map(|fit| fit.beyond(&self.bases[WITHIN], columns))
+        [&self.curves, &self.pure].map(|fit| fit.beyond(&self.bases[fit.basis as usize], columns))
     }
 
     /// The part of a white vector that curves, steps and loops over the load can be, zeros, slopes and the clock taken out.
     pub(super) fn shape(&self, white: &[f64]) -> (Vec<f64>, f64) {
-        let [without, with] = &self.shape;
-        self.between_fits(WITHIN, without, with, white)
+        self.between_fits(&self.before_curves, &self.pure, white)
     }
 
     /// What is left of a white vector when all that repeats itself is taken out.
     pub(super) fn pure(&self, white: &[f64]) -> Vec<f64> {
-        self.pure.left(&self.bases[WITHIN], white)
+        self.left_by(&self.pure, white)
     }
 
     /// For each reading, the share of its own error in what [`Self::pure`] leaves.
     pub(super) fn leverage_left(&self) -> Vec<f64> {
-        let n = self.observations.len();
-        self.pure.leverage_left(&self.bases[WITHIN], n)
+        let basis = &self.bases[self.pure.basis as usize];
+        self.pure.leverage_left(basis, self.observations.len())
     }
 }
 

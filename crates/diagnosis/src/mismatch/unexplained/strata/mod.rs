@@ -90,10 +90,9 @@ fn decomposition<'s>(
     problem: &'s DiagnosisProblem<'_>,
     state: &'s State,
 ) -> Result<Decomposition<'s>, MismatchError> {
-    let mut predictor = problem.predictor();
     let model = &state.fitted.model;
-    let columns = problem.free_columns(&mut predictor, model)?;
-    let slope_m = problem.slope(&mut predictor, model)?.slope_m;
+    let columns = problem.free_columns(model)?;
+    let slope_m = problem.slope(model)?.slope_m;
     Ok(Decomposition::new(&Setting {
         observations: problem.observations,
         whitening: &state.whitening,
@@ -112,17 +111,16 @@ pub(crate) fn located(
     state: &State,
     known: Option<&EstimatedNoise>,
 ) -> Result<Located, MismatchError> {
-    let mut predictor = problem.predictor();
     let model = &state.fitted.model;
     let decomposition = decomposition(problem, state)?;
-    let predicted = problem.predicted(&mut predictor, model)?;
-    let residual_m = problem.raw_residuals(model)?;
-    let white = decomposition.white(&residual_m);
+    let predicted = problem.predicted(model)?;
     // Where the gauge stood, if that is known, else where the model says.
     let loads = problem.observations.loads.iter().zip(&predicted);
     let positions_m: Vec<f64> = loads
         .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
         .collect();
+    let residual_m = problem.less(predicted);
+    let white = decomposition.white(&residual_m);
     let rounded = problem.rounded(state)?;
     let periods = decomposition.periods(&positions_m);
     let (tests, untested) = decomposition.tests(&white, &periods, known, rounded.as_ref());

@@ -11,11 +11,10 @@ use crate::mismatch::{
     GaugeNoise, GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum,
 };
 use crate::mismatch::{KnownNoise, NoiseBasis};
-use crate::parameters::ParameterChoice;
+use crate::tests::{hp_robot, normal};
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
-use stiffbench_test_files::shipped_robot;
-use stiffbench_units_and_text::test_point::{Branch, Direction};
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 /// A plan with its noise, in mechanism F or A of the shipped robot.
 struct Fixture {
@@ -114,25 +113,10 @@ fn known(noise: ReadingNoise) -> EstimatedNoise {
     }
 }
 
-pub(crate) fn robot() -> Robot {
-    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-}
-
 pub(crate) fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
-    let poses = ["P1", "P2", "P3", "P4"]
-        .map(|pose| robot.pose(&pose.into()).unwrap().clone())
-        .to_vec();
     let factors = robot.factor_set("m_fsd").unwrap();
-    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    RobotBaseline::new(
-        robot,
-        mechanism,
-        factors,
-        poses,
-        &ParameterChoice::default(),
-        0.0,
-    )
-    .unwrap()
+    let poses = ["P1", "P2", "P3", "P4"].map(PoseId::from);
+    crate::tests::baseline(robot, mechanism, factors, &poses)
 }
 
 /// Everything that a test of white residuals needs.
@@ -145,15 +129,12 @@ struct Ready {
 }
 
 fn ready(problem: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
-    let mut predictor = problem.predictor();
     let model = problem.start();
     Ready {
-        whitening: problem
-            .whitening(&mut predictor, &model, &known(*noise))
-            .unwrap(),
-        columns: problem.columns(&mut predictor, &model).unwrap(),
-        slope_m: problem.slope(&mut predictor, &model).unwrap().slope_m,
-        predicted_m: problem.predicted(&mut problem.predictor(), &model).unwrap(),
+        whitening: problem.whitening(&model, &known(*noise)).unwrap(),
+        columns: problem.columns(&model).unwrap(),
+        slope_m: problem.slope(&model).unwrap().slope_m,
+        predicted_m: problem.predicted(&model).unwrap(),
         prior_sd: prior_sd(problem.baseline),
     }
 }
@@ -168,13 +149,6 @@ impl Ready {
             slope_m: &self.slope_m,
         })
     }
-}
-
-fn white_noise(length: usize, seed: u64) -> Vec<f64> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    (0..length)
-        .map(|_| StandardNormal.sample(&mut rng))
-        .collect()
 }
 
 /// Kolmogorov and Smirnov's distance of values from the uniform distribution.
@@ -193,7 +167,7 @@ fn distance_from_uniform(values: &mut [f64]) -> f64 {
 
 /// A mechanism under loading and unloading with holds.
 fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &DiagnosisProblem<'_>, &Ready)) {
-    let robot = robot();
+    let robot = hp_robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, mechanism);
     let problem = DiagnosisProblem::new(&baseline, &fixture.observations);
@@ -216,7 +190,7 @@ fn on_noise_every_chance_is_uniform() {
             std::collections::BTreeMap::new();
         let mut families = 0;
         for seed in 0..NULL_SAMPLES as u64 {
-            let white = white_noise(fixture.observations.len(), seed);
+            let white = normal(fixture.observations.len(), seed);
             let (tests, _) = decomposition.tests(&white, &periods, Some(&known), None);
             families += usize::from(tests.iter().any(|test| test.p_family <= 0.05));
             for test in tests {
@@ -270,7 +244,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
         let decomposition = assumed.decomposition(&fixture.observations);
         let mut chances = vec![Vec::new(); 4];
         for seed in 0..NULL_SAMPLES as u64 {
-            let mut readings_m = white_noise(fixture.observations.len(), seed);
+            let mut readings_m = normal(fixture.observations.len(), seed);
             real.whitening.covariance.unwhiten(&mut readings_m);
             let white = decomposition.white(&readings_m);
             let within = [
@@ -298,7 +272,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
 #[test]
 fn whitening_undone_gives_back_the_readings() {
     up_and_down("A", |fixture, _, ready| {
-        let white = white_noise(fixture.observations.len(), 1);
+        let white = normal(fixture.observations.len(), 1);
         let mut there_and_back = white.clone();
         ready.whitening.covariance.unwhiten(&mut there_and_back);
         ready.whitening.covariance.whiten(&mut there_and_back);
@@ -310,7 +284,7 @@ fn whitening_undone_gives_back_the_readings() {
 
 /// A session with an effect of `length` standard errors, as it is located.
 fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) -> Located {
-    let robot = robot();
+    let robot = hp_robot();
     let baseline = baseline(&robot, mechanism);
     let problem = DiagnosisProblem::new(&baseline, &fixture.observations);
     let mut model = problem.start();
@@ -318,7 +292,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     let decomposition = ready.decomposition(&fixture.observations);
     for _ in 0..3 {
         model.effects = vec![effect.clone()];
-        let mut change = problem.predicted(&mut problem.predictor(), &model).unwrap();
+        let mut change = problem.predicted(&model).unwrap();
         for (with, without) in change.iter_mut().zip(&ready.predicted_m) {
             *with -= without;
         }
@@ -326,11 +300,11 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
         effect.values[0] *= length / squares(&seen).sqrt();
     }
     model.effects = vec![effect];
-    let mut readings_m = white_noise(fixture.observations.len(), 3);
+    let mut readings_m = normal(fixture.observations.len(), 3);
     ready.whitening.covariance.unwhiten(&mut readings_m);
     for (reading, predicted) in readings_m
         .iter_mut()
-        .zip(problem.predicted(&mut problem.predictor(), &model).unwrap())
+        .zip(problem.predicted(&model).unwrap())
     {
         *reading += predicted;
     }
@@ -460,7 +434,7 @@ fn missing_features_of_a_plan_are_listed() {
         cell.loads.retain(|load| load.repeat == 1);
     }
     once.observations = Observations::planned(&cells, GaugeSteps::default(), None);
-    let robot = robot();
+    let robot = hp_robot();
     let baseline = baseline(&robot, "A");
     let options = SearchOptions {
         noise: KnownNoise::Given(known(NOISE)),
