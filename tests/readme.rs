@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use stiffbench_test_files::documentation;
 
 use crate::architecture::sources;
+use crate::support::Words;
 
 /// Lines above which the README is to be split.
 const LONGEST_README: usize = 130;
@@ -151,7 +152,7 @@ const FIRST_QUESTIONS: [&str; 11] = [
 #[test]
 fn first_questions_are_answered_within_two_clicks() {
     let text = |path: &str| fs::read_to_string(root().join(path)).unwrap();
-    assert!(text("README.md").contains("(docs/questions.md)"));
+    text("README.md").must_contain(&["(docs/questions.md)"]);
     let page = text("docs/questions.md");
     let answers: Vec<&str> = page
         .split("\n\n")

@@ -12,6 +12,8 @@ use stiffbench::robot::{Pose, Robot};
 use stiffbench::shipped::{shipped_robot, shipped_robots};
 use stiffbench::source_text::SourceText;
 
+use crate::support::{Json, Words};
+
 /// The FANUC R-2000iC as CSV, rows of Craig's convention.
 pub(crate) const TABLE: &str = "joint,alpha_deg,a_mm,theta_deg,d_mm,angle,min_deg,max_deg
 J1,0,0,0,670,,-185,185
@@ -39,15 +41,15 @@ fn imported_robots_stand_where_pinocchio_puts_them() {
     let fixture: Value = serde_json::from_str(&fixture).unwrap();
     let packages = std::env::var("STIFFBENCH_URDF_PACKAGES").ok();
     let mut compared = 0;
-    for robot in fixture["robots"].as_array().unwrap() {
-        let path = PathBuf::from(robot["package_path"].as_str().unwrap());
+    for robot in fixture["robots"].list() {
+        let path = PathBuf::from(robot["package_path"].word());
         let here = root().join("fixtures/urdf").join(path.file_name().unwrap());
         let path = match &packages {
             Some(folder) => PathBuf::from(folder).join(&path),
             None if here.exists() => here,
             None => continue,
         };
-        let name = |key: &str| Some(robot[key].as_str().unwrap().to_owned());
+        let name = |key: &str| Some(robot[key].word().to_owned());
         let settings = UrdfSettings {
             base: name("base"),
             tip: name("tip"),
@@ -59,22 +61,22 @@ fn imported_robots_stand_where_pinocchio_puts_them() {
         );
         let made = robot_from_urdf(&source, &settings).unwrap_or_else(|error| panic!("{error}"));
         let arm = parsed(&made.text);
-        for pose in robot["poses"].as_array().unwrap() {
+        for pose in robot["poses"].list() {
             let mut values = arm.nominal_pose().angles_deg;
             for (joint, value) in pose["values"].as_object().unwrap() {
                 let variable = arm.variable(joint).unwrap();
                 let slides =
                     arm.variables[variable].motion == stiffbench::robot::JointMotion::Slides;
-                let value = value.as_f64().unwrap();
+                let value = value.number();
                 values[variable] = if slides { value } else { value.to_degrees() };
             }
             let found = arm.tool_pose(&Pose { angles_deg: values }).unwrap();
             for i in 0..3 {
-                let expected = pose["position_m"][i].as_f64().unwrap();
+                let expected = pose["position_m"][i].number();
                 let error = (found.position_m[i] - expected).abs();
                 assert!(error < 1e-9, "{}: {error:e} m", path.display());
                 for j in 0..3 {
-                    let expected = pose["rotation"][i][j].as_f64().unwrap();
+                    let expected = pose["rotation"][i][j].number();
                     let error = (found.axes[j][i] - expected).abs();
                     assert!(error < 1e-9, "{}: {error:e}", path.display());
                 }
@@ -179,10 +181,7 @@ fn stated_positions_find_a_wrong_sign() {
     });
     let error = check_positions(&robot, &wrong).unwrap_err();
     let help = error.help.unwrap();
-    assert!(
-        help.contains("it fits if J4, J6 count the other way"),
-        "{help}"
-    );
+    help.must_contain(&["it fits if J4, J6 count the other way"]);
     let short: StatedPosition = "1,2=3,4,5".parse().unwrap();
     assert!(check_positions(&robot, &[short]).is_err());
     for text in ["1,2", "1=2,3", "a=1,2,3", "1=1,2,nan"] {
@@ -230,38 +229,29 @@ fn what_is_odd_is_found() {
     };
     let serial = template("serial");
     let found = odd(serial, "at_mm = [520, 0, 0]", "at_m = [52, 0, 0]");
-    assert!(found.contains("are lengths in mm taken for m?"), "{found}");
+    found.must_contain(&["are lengths in mm taken for m?"]);
     let found = odd(serial, "P1_deg = [0, 0,", "P1_deg = [0, 200,");
-    assert!(
-        found.contains("pose P1 lies 80.0 degrees beyond the limit J2 <= 120"),
-        "{found}"
-    );
+    found.must_contain(&["pose P1 lies 80.0 degrees beyond the limit J2 <= 120"]);
     let found = odd(
         serial,
         "stiffness_Nm_per_rad = 4e5",
         "stiffness_Nm_per_rad = 4",
     );
-    assert!(
-        found.contains("lies outside of 0.0001 to 1000 N/µm"),
-        "{found}"
-    );
+    found.must_contain(&["lies outside of 0.0001 to 1000 N/µm"]);
     let crossed = odd(template("parallelogram"), "side = 1", "side = -1");
-    assert!(
-        crossed.contains("the parallelogram that closes in `D` is crossed"),
-        "{crossed}"
-    );
+    crossed.must_contain(&["the parallelogram that closes in `D` is crossed"]);
     let line = template("parallelogram")
         .lines()
         .position(|line| line.starts_with("D = "))
         .unwrap()
         + 1;
-    assert!(crossed.contains(&format!("odd.toml:{line}: ")), "{crossed}");
+    crossed.must_contain(&[&format!("odd.toml:{line}: ")]);
     let found = odd(
         template("four-bar"),
         "radii_mm = [350, 250]",
         "radii_mm = [150, 250]",
     );
-    assert!(found.contains("cannot be reached"), "{found}");
+    found.must_contain(&["cannot be reached"]);
 }
 
 const URDF: &str = r#"<robot name="arm">
@@ -294,13 +284,11 @@ fn right_angles_and_whole_turns_are_written_as_such() {
         .unwrap()
         .text;
     // Fewer digits than a right angle has are kept: kinematics follow the file.
-    for words in [
+    made.must_contain(&[
         "max_deg = 360,",
         "min_deg = -359.9999995",
         "turn_deg = [90, 0, 14.32394487827",
-    ] {
-        assert!(made.contains(words), "{words}: {made}");
-    }
+    ]);
 }
 
 #[test]
@@ -339,7 +327,7 @@ fn urdfs_that_cannot_be_used_name_the_element() {
 fn urdfs_with_oddities_are_imported_with_a_note() {
     let whole = urdf("arm", "arm").unwrap();
     assert_eq!(whole.notes, ["no mass is stated for b"]);
-    assert!(whole.text.contains("mass_kg = 2"), "{}", whole.text);
+    whole.text.must_contain(&["mass_kg = 2"]);
     #[rustfmt::skip]
     let noted = [
         ("<limit lower=\"-1\" upper=\"1\"/>", "", "arm.urdf:3: joint `j1` has no limits: -180 to 180 degrees were taken"),
@@ -373,14 +361,10 @@ fn urdfs_with_oddities_are_imported_with_a_note() {
     let text = text.replace("</robot>", "<link name=\"c\"/><joint name=\"j3\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/><limit lower=\"0\" upper=\"1\"/></joint></robot>");
     let made = robot_from_urdf(&SourceText::new("arm.urdf", text), &UrdfSettings::default());
     let made = made.unwrap_or_else(|error| panic!("{error}")).text;
-    assert!(
-        made.contains("angle = { j3 = 343.77467707849, offset_deg = 28.647889756541 }"),
-        "{made}"
-    );
-    assert!(
-        made.contains("angle = { j3 = 3, offset_mm = 200 }"),
-        "{made}"
-    );
+    made.must_contain(&[
+        "angle = { j3 = 343.77467707849, offset_deg = 28.647889756541 }",
+        "angle = { j3 = 3, offset_mm = 200 }",
+    ]);
     parsed(&made);
     let sections = UrdfSettings {
         sections: vec![(Some("j1".to_owned()), "tube 60x4 aluminium".to_owned())],
@@ -472,20 +456,14 @@ fn units_that_a_table_leaves_open_are_said() {
     );
     // Limits, which turn and slide.
     let said = notes("t.csv", "a_mm,min,max\n0,-3.1416,3.1416\n");
-    assert!(
-        said[0].contains("`min` and `max`: taken as degrees"),
-        "{said:?}"
-    );
-    assert!(said[1].contains("min_rad and max_rad"), "{said:?}");
+    said[0].must_contain(&["`min` and `max`: taken as degrees"]);
+    said[1].must_contain(&["min_rad and max_rad"]);
     let said = notes(
         "t.csv",
         "kind,a_mm,min,max\nsliding,0,0,1.5708\nrevolute,0,-90,90\n",
     );
     assert_eq!(said.len(), 1, "{said:?}");
-    assert!(
-        said[0].contains("taken as degrees, of sliding joints m"),
-        "{said:?}"
-    );
+    said[0].must_contain(&["taken as degrees, of sliding joints m"]);
 }
 
 #[test]
@@ -500,33 +478,22 @@ fn tables_that_cannot_be_used_name_the_line() {
     };
     let refused = |name: &str, text: &str| refused_with(name, text, Some(DhConvention::Modified));
     let with = |find: &str, replacement: &str| TABLE.replace(find, replacement);
-    assert!(
-        refused_with("t.csv", TABLE, None)
-            .contains("the table does not state its convention | add --convention")
-    );
-    let error = refused("t.csv", &with("J4,-90,225", "J4,-90,much"));
-    assert!(
-        error.starts_with("t.csv:5:") && error.contains("not a finite number"),
-        "{error}"
-    );
-    let error = refused("t.csv", &with("J4,-90,225,0", "J4,-90,225"));
-    assert!(
-        error.starts_with("t.csv:5:") && error.contains("does not fit"),
-        "{error}"
-    );
-    let error = refused("t.csv", &with("alpha_deg", "alfa_deg"));
-    assert!(
-        error.starts_with("t.csv:1:")
-            && error.contains("no column `alfa_deg`")
-            && error.contains("alpha_deg"),
-        "{error}"
-    );
-    let error = refused("t.csv", &with("alpha_deg", "alpha_mm"));
-    assert!(error.contains("`mm` is not a unit of this key"), "{error}");
-    let error = refused("t.toml", "rows = [{ a = 1 }]\nconvention = \"craig\"");
-    assert!(
-        error.starts_with("t.toml:2:") && error.contains("unknown word `craig`"),
-        "{error}"
-    );
-    assert!(refused("t.toml", "convention = \"standard\"\nrows = []").contains("no rows"));
+    refused_with("t.csv", TABLE, None)
+        .must_contain(&["the table does not state its convention | add --convention"]);
+    let craig = "rows = [{ a = 1 }]\nconvention = \"craig\"".to_owned();
+    let empty = "convention = \"standard\"\nrows = []".to_owned();
+    #[rustfmt::skip]
+    let tables: [(&str, String, &str, &[&str]); 6] = [
+        ("t.csv", with("J4,-90,225", "J4,-90,much"), "t.csv:5:", &["not a finite number"]),
+        ("t.csv", with("J4,-90,225,0", "J4,-90,225"), "t.csv:5:", &["does not fit"]),
+        ("t.csv", with("alpha_deg", "alfa_deg"), "t.csv:1:", &["no column `alfa_deg`", "alpha_deg"]),
+        ("t.csv", with("alpha_deg", "alpha_mm"), "", &["`mm` is not a unit of this key"]),
+        ("t.toml", craig, "t.toml:2:", &["unknown word `craig`"]),
+        ("t.toml", empty, "", &["no rows"]),
+    ];
+    for (name, text, place, words) in tables {
+        let error = refused(name, &text);
+        assert!(error.starts_with(place), "{error}");
+        error.must_contain(words);
+    }
 }

@@ -22,6 +22,8 @@ use stiffbench::stiffness::StiffnessReport;
 use stiffbench_test_files::desk::{Desk, Ran};
 use stiffbench_test_files::schemas::are_published;
 
+use crate::support::Words;
+
 #[test]
 fn the_schemas_are_published() {
     let schemas = schemas().into_iter();
@@ -122,10 +124,7 @@ fn an_effect_of_every_law_is_read_back() {
     }
     let unknown = json!({"physics": "joint-backlsh", "place": {"joint": "A3"}, "parameters": {}});
     let error = Effect::deserialize(&unknown).unwrap_err().to_string();
-    assert!(
-        error.contains("there is no law `joint-backlsh`: did you mean joint-backlash?"),
-        "{error}"
-    );
+    error.must_contain(&["there is no law `joint-backlsh`: did you mean joint-backlash?"]);
 }
 
 /// The words of every command that is shown and has none below it that must be named, with a bad value for each argument that it needs.

@@ -7,7 +7,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::support::Words;
 use crate::support::screen_picture;
+use crate::support::tables::Table;
 use crate::support::terminal::Terminal;
 
 /// A bench of one pose and direction, three loads, two runs.
@@ -31,20 +33,12 @@ fn arguments<'a>(command: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
 }
 
 /// Accepted readings: force and displacement by step and repeat.
-fn readings(session: &Path) -> Vec<(String, String, String, String)> {
-    let text = fs::read_to_string(session.join("readings.csv")).unwrap();
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let column = |name: &str| names.iter().position(|known| *known == name).unwrap();
-    let wanted = ["step", "repeat", "force_N", "displacement_um"].map(column);
-    let status = column("status");
-    let rows = lines.map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-    let accepted = rows.filter(|row| row[status] == "accepted");
+fn readings(session: &Path) -> Vec<[String; 4]> {
+    let table = Table::parse(&fs::read_to_string(session.join("readings.csv")).unwrap());
+    let accepted = (0..table.len()).filter(|row| table.word(*row, "status") == "accepted");
+    let wanted = ["step", "repeat", "force_N", "displacement_um"];
     accepted
-        .map(|row| {
-            let [step, repeat, force, displacement] = wanted.map(|at| row[at].clone());
-            (step, repeat, force, displacement)
-        })
+        .map(|row| wanted.map(|column| table.word(row, column).to_owned()))
         .collect()
 }
 
@@ -85,7 +79,7 @@ fn a_session_is_guided_on_the_whole_of_a_terminal() {
     let table = fs::read_to_string(session.join("readings.csv")).unwrap();
     assert_eq!(table.matches(",superseded,").count(), 1);
     let journal = fs::read_to_string(session.join("journal.jsonl")).unwrap();
-    assert!(journal.contains("the lamp was switched on"));
+    journal.must_contain(&["the lamp was switched on"]);
 }
 
 #[test]
@@ -151,7 +145,7 @@ fn lines_and_an_answers_file_give_the_readings_of_the_screen() {
         "20",
     ];
     let (by_file, said) = run("by-file", &file);
-    assert!(said.contains("reading 9:"), "{said}");
+    said.must_contain(&["reading 9:"]);
     let faster = [
         "--answer",
         "temperature=21",

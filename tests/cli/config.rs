@@ -4,6 +4,7 @@ use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran};
 
 use super::{assert_output_contains, desk, five_columns};
+use crate::support::{Json, Words};
 
 /// A desk whose user has no configuration but what a test writes to `home`.
 fn run(desk: &Desk, folder: &str, variables: &[(&str, &str)], arguments: &str) -> Ran {
@@ -17,12 +18,7 @@ fn run(desk: &Desk, folder: &str, variables: &[(&str, &str)], arguments: &str) -
 }
 
 fn setting(ran: &Ran, name: &str) -> Value {
-    let object = ran.json();
-    let settings = object["data"]["settings"].as_array().unwrap().clone();
-    settings
-        .into_iter()
-        .find(|setting| setting["name"] == name)
-        .unwrap()
+    ran.json()["data"]["settings"].named(name).clone()
 }
 
 #[test]
@@ -39,10 +35,8 @@ fn each_layer_goes_before_those_below_it() {
         setting(&ran.succeeds(), "progress")
     };
     let is = |found: &Value, value: &str, origin: &str| {
-        assert_eq!(
-            (&found["value"], &found["origin"]),
-            (&value.into(), &origin.into())
-        );
+        assert_eq!(found["value"], value);
+        assert_eq!(found["origin"], origin);
     };
     is(&show(&[], ""), "auto", "default");
     desk.write(
@@ -77,10 +71,7 @@ fn each_layer_goes_before_those_below_it() {
     let text = run(&desk, "work/deep", &[], "config show --origin")
         .succeeds()
         .stdout;
-    assert!(
-        text.contains("stiffbench.toml") && text.contains("default"),
-        "{text}"
-    );
+    text.must_contain(&["stiffbench.toml", "default"]);
     let paths = run(&desk, "work/deep", &[], "config path")
         .succeeds()
         .stdout;
@@ -108,16 +99,14 @@ fn a_session_goes_before_files_and_variables() {
     let variables = [("STIFFBENCH_PLACE", "Hall 2")];
     let of_session = run(&desk, ".", &variables, "config show s --json").succeeds();
     let place = setting(&of_session, "place");
-    assert_eq!(
-        (&place["value"], &place["origin"]),
-        (&"Hall 3".into(), &"session".into())
-    );
+    assert_eq!(place["value"], "Hall 3");
+    assert_eq!(place["origin"], "session");
     assert_eq!(setting(&of_session, "robot")["origin"], "session");
     assert_eq!(setting(&of_session, "operator")["origin"], "folder");
     let text = run(&desk, ".", &variables, "config show s --origin")
         .succeeds()
         .stdout;
-    assert!(text.contains("session s/session.toml"), "{text}");
+    text.must_contain(&["session s/session.toml"]);
     let none = run(&desk, ".", &[], "config show home --json").succeeds();
     assert_eq!(none.json()["warnings"][0], "home has no session.toml");
 }
@@ -131,18 +120,13 @@ fn a_configured_robot_is_used_where_nothing_names_one_and_is_stated() {
     desk.refusal(fit, 2, code);
     desk.write("stiffbench.toml", "robot = \"hp-robot\"\n");
     let ran = run(&desk, "", &[], fit).succeeds();
-    assert!(
-        ran.stdout.contains("stiffbench.toml, mechanism F"),
-        "{}",
-        ran.stdout
-    );
+    ran.stdout.must_contain(&["stiffbench.toml, mechanism F"]);
     let json = run(&desk, "", &[], "fit readings.csv --json")
         .succeeds()
         .json();
     assert!(
         json["inputs"]["robot"]["from"]
-            .as_str()
-            .unwrap()
+            .word()
             .ends_with("stiffbench.toml")
     );
     // An option goes first, and a session has its own robot.
@@ -154,12 +138,9 @@ fn a_configured_robot_is_used_where_nothing_names_one_and_is_stated() {
     desk.run("simulate session --robot hp-robot --poses P1,P2 --no-config")
         .succeeds();
     let json = run(&desk, "", &[], "fit session --json").succeeds().json();
-    assert!(
-        json["inputs"]["robot"]["name"]
-            .as_str()
-            .unwrap()
-            .contains("palletising")
-    );
+    json["inputs"]["robot"]["name"]
+        .word()
+        .must_contain(&["palletising"]);
     run(&desk, "", &[], "fit readings.csv --no-config").exits_with(2);
 }
 
@@ -173,11 +154,7 @@ fn paths_are_relative_to_the_file_and_used_settings_are_noted() {
     desk.write("lab/gauges/instruments/note.txt", "");
     desk.run("robot show hp-robot").succeeds();
     let ran = run(&desk, "lab/gauges", &[], "gauge list").succeeds();
-    assert!(
-        ran.stderr.contains("note: protocols ") && ran.stderr.contains("lab/gauges"),
-        "{}",
-        ran.stderr
-    );
+    ran.stderr.must_contain(&["note: protocols ", "lab/gauges"]);
     let quiet = run(&desk, "lab/gauges", &[], "gauge list --quiet").succeeds();
     assert_eq!(quiet.stderr, "");
     let given = run(&desk, "lab/gauges", &[], "gauge list --protocols .").succeeds();
@@ -189,36 +166,15 @@ fn paths_are_relative_to_the_file_and_used_settings_are_noted() {
 #[test]
 fn mistakes_are_errors_with_their_place() {
     let desk = desk();
-    for (text, code, words) in [
-        (
-            "robott = \"a\"\n",
-            "unknown_key",
-            ["stiffbench.toml:1:1", "did you mean robot"],
-        ),
-        (
-            "\noperator = 3\n",
-            "syntax",
-            ["stiffbench.toml:2:12", "expected a string"],
-        ),
-        (
-            "operator = \n",
-            "syntax",
-            ["stiffbench.toml:1", "--no-config"],
-        ),
-        (
-            "progress = \"loud\"\n",
-            "value",
-            [
-                "stiffbench.toml:1:12: progress is `loud`",
-                "one of auto, bar, text and none",
-            ],
-        ),
-        (
-            "\nplace = \" \"\n",
-            "value",
-            ["stiffbench.toml:2:9: place", "not empty"],
-        ),
-    ] {
+    #[rustfmt::skip]
+    let cases = [
+        ("robott = \"a\"\n", "unknown_key", ["stiffbench.toml:1:1", "did you mean robot"]),
+        ("\noperator = 3\n", "syntax", ["stiffbench.toml:2:12", "expected a string"]),
+        ("operator = \n", "syntax", ["stiffbench.toml:1", "--no-config"]),
+        ("progress = \"loud\"\n", "value", ["stiffbench.toml:1:12: progress is `loud`", "one of auto, bar, text and none"]),
+        ("\nplace = \" \"\n", "value", ["stiffbench.toml:2:9: place", "not empty"]),
+    ];
+    for (text, code, words) in cases {
         desk.write("stiffbench.toml", text);
         let code = format!("stiffbench::config::{code}");
         let error = desk.refusal("robot show", 10, &code);
@@ -236,7 +192,7 @@ fn mistakes_are_errors_with_their_place() {
         &[("STIFFBENCH_CONFIG", "none.toml")],
         "robot show",
     );
-    assert!(ran.exits_with(10).stderr.contains("none.toml"));
+    ran.exits_with(10).stderr.must_contain(&["none.toml"]);
 }
 
 #[test]
@@ -244,17 +200,13 @@ fn paths_are_shown_though_a_file_is_wrong() {
     let desk = desk();
     desk.write("stiffbench.toml", "robott = \"a\"\n");
     let ran = desk.run("config path").succeeds();
-    assert!(
-        ran.stdout.contains("stiffbench.toml (exists)"),
-        "{}",
-        ran.stdout
-    );
-    assert!(ran.stderr.contains("no setting `robott`"), "{}", ran.stderr);
+    ran.stdout.must_contain(&["stiffbench.toml (exists)"]);
+    ran.stderr.must_contain(&["no setting `robott`"]);
     let json = desk.run("config path --json").succeeds().json();
     assert_eq!(json["data"]["files"][0]["exists"], true);
     desk.refusal("config show", 10, "stiffbench::config::unknown_key");
     // Of a computer with its own settings the file counts least.
-    let files = json["data"]["files"].as_array().unwrap();
+    let files = json["data"]["files"].list();
     let last = if cfg!(unix) { "system" } else { "user" };
     assert_eq!(files.last().unwrap()["layer"], last);
 }
@@ -268,14 +220,10 @@ fn a_variable_that_sets_nothing_is_noted_with_the_nearest() {
     ];
     for command in ["robot show", "config show", "fit nowhere"] {
         let stderr = run(&desk, "", &variables, command).stderr;
-        assert!(
-            stderr.contains("note: STIFFBENCH_ROBOTS sets nothing; did you mean STIFFBENCH_ROBOT?"),
-            "{stderr}"
-        );
-        assert!(
-            stderr.contains("STIFFBENCH_BENCH_TEMPERATURE sets nothing; stiffbench config show"),
-            "{stderr}"
-        );
+        stderr.must_contain(&[
+            "note: STIFFBENCH_ROBOTS sets nothing; did you mean STIFFBENCH_ROBOT?",
+            "STIFFBENCH_BENCH_TEMPERATURE sets nothing; stiffbench config show",
+        ]);
     }
     for quiet in ["robot show --quiet", "robot show --no-config"] {
         let stderr = run(&desk, "", &variables, quiet).succeeds().stderr;
@@ -291,8 +239,8 @@ fn the_schema_of_files_names_every_setting() {
     let desk = desk();
     let schema = desk.data("config show --schema");
     let settings = desk.data("config show");
-    for setting in settings["settings"].as_array().unwrap() {
-        let property = &schema["properties"][setting["name"].as_str().unwrap()];
+    for setting in settings["settings"].list() {
+        let property = &schema["properties"][setting["name"].word()];
         assert!(property["description"].is_string(), "{setting}");
     }
     assert_eq!(schema["additionalProperties"], false);

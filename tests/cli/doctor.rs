@@ -1,16 +1,14 @@
 //! The checks before a session: each has a name, a state and, where it is not well, a remedy.
 
 use super::desk;
+use crate::support::Json;
 
 #[test]
 fn every_check_has_a_state_and_those_that_are_not_well_a_remedy() {
     let desk = desk();
     let data = desk.data("doctor");
-    let checks = data["checks"].as_array().unwrap();
-    let names: Vec<&str> = checks
-        .iter()
-        .map(|check| check["name"].as_str().unwrap())
-        .collect();
+    let checks = data["checks"].list();
+    let names: Vec<&str> = checks.iter().map(|check| check["name"].word()).collect();
     for name in [
         "version",
         "clock",

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serialport::TTYPort;
 
 use super::{Desk, desk};
+use crate::support::{Json, Words};
 
 /// How long a test waits for what must come.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -126,7 +127,7 @@ fn the_bench_follows_the_procedure_with_the_compliance_of_the_robot() {
         let ([from_n, from_um], [to_n, to_um]) = (at(1), at(2));
         // The operator stops within 0.4 N.
         assert!((to_n + 70.0).abs() < 0.41, "{to_n}");
-        let expected_um = 1e6 * data["compliance"][i][i].as_f64().unwrap() * (to_n - from_n);
+        let expected_um = 1e6 * data["compliance"][i][i].number() * (to_n - from_n);
         assert!(
             ((to_um - from_um) / expected_um - 1.0).abs() < 1e-4,
             "{direction}: {from_um} to {to_um} um, {expected_um} um expected"
@@ -170,9 +171,9 @@ fn it_ends_after_the_last_load_and_takes_its_ports_along() {
     let ran = desk
         .run("gauge emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
         .succeeds();
-    assert!(ran.stderr.contains("P1 x run 1 step 1: "), "{}", ran.stderr);
+    ran.stderr.must_contain(&["P1 x run 1 step 1: "]);
     let data = &ran.json()["data"];
-    assert!(data["ports"]["force"].as_str().unwrap().ends_with("force"));
+    assert!(data["ports"]["force"].word().ends_with("force"));
     assert_eq!(desk.path("ports").read_dir().unwrap().count(), 0);
 }
 

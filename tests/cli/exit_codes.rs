@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use stiffbench::cli::failure::EXIT_CODE_MEANINGS;
 
 use super::{Desk, Ran, desk, five_columns};
+use crate::support::Json;
 
 /// Exit codes that are provoked in a test of their own: they need a port, a signal or a lack of rights.
 const ELSEWHERE: [u8; 5] = [21, 22, 23, 70, 130];
@@ -102,7 +103,7 @@ fn a_configuration_that_cannot_be_used_exits_with_10() {
     ] {
         std::fs::write(desk.path("stiffbench.toml"), bytes).unwrap();
         let error = desk.run("robot show --json").exits_with(10).json();
-        let code = error["error"]["code"].as_str().unwrap();
+        let code = error["error"]["code"].word();
         assert!(code.starts_with("stiffbench::config::"), "{code}");
         assert!(error["error"]["help"].is_string(), "{error}");
     }
@@ -119,6 +120,7 @@ mod with_ports_and_signals {
 
     use super::super::session::EMULATED;
     use super::{Desk, desk};
+    use crate::support::Words;
 
     /// A command in the background.
     fn begun(desk: &Desk, arguments: &str) -> Child {
@@ -197,6 +199,6 @@ mod with_ports_and_signals {
             .unwrap();
         let text = String::from_utf8_lossy(&output.stdout);
         assert_eq!(output.status.code(), Some(70), "{text}");
-        assert!(text.contains("stiffbench::emulator::"), "{text}");
+        text.must_contain(&["stiffbench::emulator::"]);
     }
 }

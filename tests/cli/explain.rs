@@ -8,6 +8,7 @@ use stiffbench::physics::Law;
 use stiffbench::shipped::error_explanations;
 
 use super::desk;
+use crate::support::{Json, Words};
 
 /// Codes that are put together from a word: the problems of a TOML file.
 const OF_A_SESSION_FILE: [&str; 9] = [
@@ -84,9 +85,9 @@ fn codes_are_explained_with_and_without_their_beginning() {
         .run("explain stiffbench::readings::wrong_unit")
         .succeeds();
     assert_eq!(short.stdout, whole.stdout);
-    for words in ["exit code 11", "What to do", "force_N, force_lbf"] {
-        assert!(short.stdout.contains(words), "{}", short.stdout);
-    }
+    short
+        .stdout
+        .must_contain(&["exit code 11", "What to do", "force_N, force_lbf"]);
     // The code and the exit code are those of the error itself.
     desk.write(
         "readings.csv",
@@ -97,7 +98,7 @@ fn codes_are_explained_with_and_without_their_beginning() {
         11,
         "stiffbench::readings::wrong_unit",
     );
-    let data = desk.data(&format!("explain {}", error["code"].as_str().unwrap()));
+    let data = desk.data(&format!("explain {}", error["code"].word()));
     assert_eq!(data["exit_code"], error["exit_code"]);
 }
 
@@ -105,12 +106,7 @@ fn codes_are_explained_with_and_without_their_beginning() {
 fn every_law_and_verdict_is_explained() {
     let desk = desk();
     let list = desk.data("explain");
-    let laws: Vec<&str> = list["laws"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|law| law.as_str().unwrap())
-        .collect();
+    let laws: Vec<&str> = list["laws"].list().iter().map(Json::word).collect();
     assert_eq!(laws, Law::names());
     for law in [
         "joint-backlash",
@@ -120,10 +116,7 @@ fn every_law_and_verdict_is_explained() {
     ] {
         let data = desk.data(&format!("explain {law}"));
         assert_eq!(data["kind"], "law");
-        assert_eq!(
-            data["forms"].as_array().unwrap().len(),
-            Law::named(law).count()
-        );
+        assert_eq!(data["forms"].list().len(), Law::named(law).count());
     }
     for verdict in [
         "explained",
@@ -135,23 +128,16 @@ fn every_law_and_verdict_is_explained() {
         assert_eq!(desk.data(&format!("explain {verdict}"))["kind"], "verdict");
     }
     let text = desk.run("explain").succeeds().stdout;
-    assert!(text.contains("  port::not_allowed\n") && text.contains("  joint-friction\n"));
+    text.must_contain(&["  port::not_allowed\n", "  joint-friction\n"]);
 }
 
 #[test]
 fn exit_codes_are_explained_with_their_errors() {
     let desk = desk();
     let found = desk.data("explain 30");
-    assert_eq!(
-        (&found["kind"], &found["exit_code"]),
-        (&"exit-code".into(), &30.into())
-    );
-    assert!(
-        found["remedy"]
-            .as_str()
-            .unwrap()
-            .contains("session::damaged")
-    );
+    assert_eq!(found["kind"], "exit-code");
+    assert_eq!(found["exit_code"], 30);
+    found["remedy"].word().must_contain(&["session::damaged"]);
     for (code, _) in stiffbench::cli::failure::EXIT_CODE_MEANINGS {
         desk.run(&format!("explain {code}")).succeeds();
     }

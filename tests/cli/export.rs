@@ -11,6 +11,7 @@ use stiffbench_test_files::desk::Desk;
 use stiffbench_test_files::text;
 
 use super::{desk, desk_with_session, five_columns};
+use crate::support::{Json, Words};
 
 fn package(desk: &Desk, folder: &str) -> Value {
     serde_json::from_str(&desk.read(&format!("{folder}/datapackage.json"))).unwrap()
@@ -33,23 +34,20 @@ fn assert_is_package(desk: &Desk, folder: &str) {
         .map(|error| error.to_string())
         .collect();
     assert!(errors.is_empty(), "{errors:?}");
-    for resource in package["resources"].as_array().unwrap() {
-        let path = format!("{folder}/{}", resource["path"].as_str().unwrap());
+    for resource in package["resources"].list() {
+        let path = format!("{folder}/{}", resource["path"].word());
         let content = desk.read(&path);
         assert_eq!(resource["bytes"], content.len());
         assert_eq!(resource["hash"], format!("sha256:{}", sha256(&content)));
-        let fields = resource["schema"]["fields"].as_array().unwrap();
-        let names: Vec<&str> = fields
-            .iter()
-            .map(|field| field["name"].as_str().unwrap())
-            .collect();
+        let fields = resource["schema"]["fields"].list();
+        let names: Vec<&str> = fields.iter().map(|field| field["name"].word()).collect();
         assert_eq!(content.lines().next().unwrap(), names.join(","));
         for row in rows(desk, &path) {
             for field in fields {
-                let name = field["name"].as_str().unwrap();
+                let name = field["name"].word();
                 let value = &row[name];
                 let is_good = value.is_empty()
-                    || match field["type"].as_str().unwrap() {
+                    || match field["type"].word() {
                         "integer" => value.parse::<i64>().is_ok(),
                         "number" => value.parse::<f64>().is_ok_and(f64::is_finite),
                         "datetime" => value.ends_with('Z'),
@@ -73,7 +71,7 @@ fn csv_files_are_as_their_package_describes_them() {
     let desk = desk_with_session();
     let data = desk.data("export session --out tables");
     assert_is_package(&desk, "tables");
-    let files = data["files"].as_array().unwrap();
+    let files = data["files"].list();
     let names = [
         "readings.csv",
         "stiffness.csv",
@@ -88,13 +86,7 @@ fn csv_files_are_as_their_package_describes_them() {
         assert_eq!(file["sha256"], sha256(desk.read(&format!("tables/{name}"))));
     }
     let about = &package(&desk, "tables")["stiffbench"];
-    assert!(
-        about["not_measured"]
-            .as_str()
-            .unwrap()
-            .contains("simulated"),
-        "{about}"
-    );
+    about["not_measured"].word().must_contain(&["simulated"]);
     assert_eq!(about["branches"], "loading");
 }
 
@@ -103,7 +95,7 @@ fn numbers_are_those_of_the_analysis() {
     let desk = desk_with_session();
     desk.run("export session --out tables").succeeds();
     let stiffness = desk.data("stiffness session");
-    let cells = stiffness["cells"].as_array().unwrap();
+    let cells = stiffness["cells"].list();
     let table = rows(&desk, "tables/stiffness.csv");
     assert_eq!(table.len(), cells.len());
     for (row, cell) in table.iter().zip(cells) {
@@ -147,19 +139,19 @@ fn a_research_object_names_every_file_with_its_hash() {
     desk.run("export session --out tables --ro-crate")
         .succeeds();
     let crated: Value = serde_json::from_str(&desk.read("tables/ro-crate-metadata.json")).unwrap();
-    let graph = crated["@graph"].as_array().unwrap();
+    let graph = crated["@graph"].list();
     let of = |id: &str| graph.iter().find(|entity| entity["@id"] == id).unwrap();
     assert_eq!(
         of("ro-crate-metadata.json")["conformsTo"]["@id"],
         "https://w3id.org/ro/crate/1.1"
     );
-    let parts = of("./")["hasPart"].as_array().unwrap();
+    let parts = of("./")["hasPart"].list();
     assert_eq!(
         parts.len(),
         std::fs::read_dir(desk.path("tables")).unwrap().count() - 1
     );
     for part in parts {
-        let name = part["@id"].as_str().unwrap();
+        let name = part["@id"].word();
         let bytes = std::fs::read(desk.path(&format!("tables/{name}"))).unwrap();
         if let Some(hash) = of(name)["sha256"].as_str() {
             assert_eq!(hash, sha256(bytes), "{name}");
@@ -252,10 +244,7 @@ fn the_snippets_run() {
         .lines()
         .map(|line| line.trim_start().to_owned() + "\n")
         .collect();
-    assert!(
-        printed.contains("stiffness = pd.read_csv(\"my-tables/stiffness.csv\")"),
-        "{printed}"
-    );
+    printed.must_contain(&["stiffness = pd.read_csv(\"my-tables/stiffness.csv\")"]);
     let page = text("docs/export.md");
     let (_, of_page) = page.split_once("```python\n").unwrap();
     let (of_page, _) = of_page.split_once("```").unwrap();
@@ -277,6 +266,6 @@ fn the_snippets_run() {
             "{}",
             String::from_utf8_lossy(&run.stderr)
         );
-        assert!(shown.contains("P1"), "{shown}");
+        shown.must_contain(&["P1"]);
     }
 }

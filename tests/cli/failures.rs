@@ -1,6 +1,7 @@
 //! What the program refuses: the code of the error, the exit code, and what it tells the user to do.
 
 use super::{Ran, desk};
+use crate::support::{Json, Words};
 
 /// A reader that has seen enough (`| head`) is no failure; a full disk is one.
 #[cfg(target_os = "linux")]
@@ -37,7 +38,7 @@ fn standard_output_that_takes_no_more() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(14));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    String::from_utf8_lossy(&output.stderr).must_contain(&["standard output"]);
 }
 
 #[test]
@@ -65,12 +66,12 @@ fn a_robot_file_in_another_folder_is_found_from_anywhere() {
         .succeeds()
         .json();
     assert_eq!(fit["data"]["mechanism"], "A");
-    assert_eq!(fit["data"]["cells"].as_array().unwrap().len(), 12);
+    assert_eq!(fit["data"]["cells"].list().len(), 12);
     // A robot that was changed after the session is used only if it is named, and that is said.
     let changed = desk.read("deep/er/session/robot.toml") + "\n# changed\n";
     desk.write("deep/er/session/robot.toml", &changed);
     desk.refusal("fit deep/er/session", 10, "stiffbench::robot::other_file");
     let named = "fit deep/er/session --robot deep/er/session/robot.toml";
     let ran = desk.run(named).succeeds();
-    assert!(ran.stderr.contains("SHA-256 differs"), "{}", ran.stderr);
+    ran.stderr.must_contain(&["SHA-256 differs"]);
 }

@@ -1,6 +1,7 @@
 //! The files that the program writes: complete, readable, and the same bytes for the same seed.
 
 use super::{Desk, desk, desk_with_session};
+use crate::support::{Json, Words};
 
 /// An SVG that parses, with something drawn in it.
 fn assert_svg(desk: &Desk, name: &str) {
@@ -34,12 +35,7 @@ fn the_demonstration_writes_all_it_lists() {
     desk.write("here/demo/tables.txt", "mine");
     let data = desk.data("demo --out here/demo");
     assert_eq!(desk.read("here/demo/tables.txt"), "mine");
-    let files: Vec<&str> = data["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|file| file.as_str().unwrap())
-        .collect();
+    let files: Vec<&str> = data["files"].list().iter().map(Json::word).collect();
     for file in &files {
         assert!(desk.path(file).is_file(), "{file}");
     }
@@ -49,10 +45,8 @@ fn the_demonstration_writes_all_it_lists() {
         assert_svg(&desk, &format!("{name}.svg"));
         assert_png(&desk, &format!("{name}.png"));
     }
-    assert!(
-        desk.read("here/demo-2/tables.txt")
-            .contains("95 % interval")
-    );
+    desk.read("here/demo-2/tables.txt")
+        .must_contain(&["95 % interval"]);
     // The session it leaves can be used as it stands.
     let fit = desk.data("fit here/demo-2/session --train P1,P3");
     assert_eq!(fit["factors"], data["fit"]["factors"]);
@@ -88,15 +82,11 @@ fn a_session_freezes_the_procedure_it_followed() {
     let ran = desk
         .run("simulate s --procedure mine.toml --poses P3 --directions y,z --noise-distribution skewed")
         .succeeds();
-    assert!(ran.stdout.contains("procedure mine"), "{}", ran.stdout);
-    assert!(
-        ran.stderr
-            .contains("mine.toml:6:1: key `hold_s` is not known"),
-        "{}",
-        ran.stderr
-    );
+    ran.stdout.must_contain(&["procedure mine"]);
+    ran.stderr
+        .must_contain(&["mine.toml:6:1: key `hold_s` is not known"]);
     // 0, -10, -20 held, -10, 0, 10, 20 held, 10, 0: 11 readings a run.
-    assert!(ran.stdout.contains("66 readings"), "{}", ran.stdout);
+    ran.stdout.must_contain(&["66 readings"]);
     let header: toml::Table = desk.read("s/session.toml").parse().unwrap();
     let procedure = header["procedure"].as_table().unwrap();
     for (key, value) in [
@@ -116,10 +106,8 @@ fn a_session_freezes_the_procedure_it_followed() {
         assert_eq!(procedure[key].to_string(), value, "{key}");
     }
     assert_eq!(procedure["settle"].as_table().unwrap().len(), 4);
-    assert!(
-        desk.read("s/simulation.toml")
-            .contains("shape = \"skewed\"")
-    );
+    desk.read("s/simulation.toml")
+        .must_contain(&["shape = \"skewed\""]);
     let readings = desk.read("s/readings.csv");
     let rows: Vec<Vec<&str>> = readings
         .lines()

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 use super::{Desk, desk};
+use crate::support::Json;
 
 /// What is measured, and the options that make it; `{}` stands for a random size.
 const KINDS: [&str; 5] = [
@@ -105,8 +106,8 @@ fn per_unit(head: &str) -> f64 {
 
 /// The parameters of a fit as a form prints them.
 fn assert_parameters(fit: &Value, rows: &[Vec<String>], form: &str) {
-    for parameter in fit["data"]["parameters"].as_array().unwrap() {
-        let name = parameter["name"].as_str().unwrap();
+    for parameter in fit["data"]["parameters"].list() {
+        let name = parameter["name"].word();
         // Of a robot without beams no factors are printed.
         if rows.iter().all(|row| row.iter().all(|cell| cell != name)) {
             assert_eq!(parameter["status"], "fixed", "{form}, {name}");
@@ -138,11 +139,11 @@ fn assert_parameters(fit: &Value, rows: &[Vec<String>], form: &str) {
         }
         let ends = parameter["ci95"]
             .as_array()
-            .filter(|_| parameter["islands"].as_array().unwrap().is_empty());
+            .filter(|_| parameter["islands"].list().is_empty());
         let printed = row[column("95 %")].split_once(" to ");
         if let (Some(ends), Some((low, high))) = (ends, printed) {
             for (printed, end) in [(low, &ends[0]), (high, &ends[1])] {
-                let end = scale * end.as_f64().unwrap();
+                let end = scale * end.number();
                 assert!(
                     is_rounded(printed, end),
                     "{form}, interval of {name}: {printed} and {end}"
@@ -158,7 +159,7 @@ fn assert_findings(desk: &Desk, diagnosis: &Value) {
     let stored: Value = serde_json::from_str(&desk.read("found/diagnosis.json")).unwrap();
     assert_eq!(stored["data"]["findings"], diagnosis["data"]["findings"]);
     assert!(
-        super::unwrapped(&page).contains(diagnosis["data"]["headline"].as_str().unwrap()),
+        super::unwrapped(&page).contains(diagnosis["data"]["headline"].word()),
         "{page}"
     );
     let model: toml::Table = desk.read("found/model.toml").parse().unwrap();
@@ -169,12 +170,7 @@ fn assert_findings(desk: &Desk, diagnosis: &Value) {
             .as_u64()
             .is_none_or(|group| group == 0)
     };
-    for finding in diagnosis["data"]["findings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter(grouped)
-    {
+    for finding in diagnosis["data"]["findings"].list().iter().filter(grouped) {
         if finding["kind"] != "physics" {
             continue;
         }
@@ -225,8 +221,8 @@ fn random_results_have_the_same_quantities_in_every_form() {
         let table = desk.read("tables/stiffness.csv");
         let page = rows_of_page(&desk.read("r.html"));
         let mut lines = table.lines().skip(1);
-        for cell in stiffness["data"]["cells"].as_array().unwrap() {
-            let k = cell["stiffness_regression"]["value"].as_f64().unwrap();
+        for cell in stiffness["data"]["cells"].list() {
+            let k = cell["stiffness_regression"]["value"].number();
             let line: Vec<&str> = lines.next().unwrap().split(',').collect();
             assert_eq!(
                 (Some(line[0]), Some(line[1])),

@@ -3,7 +3,8 @@
 use clap::Command;
 use stiffbench_test_files::desk::Ran;
 
-use super::{assert_output_contains, desk};
+use super::{assert_output_contains, desk, misuse};
+use crate::support::{Json, Words};
 
 /// The commands that are shown and can be called without another one behind them.
 fn leaves() -> Vec<(String, Command)> {
@@ -67,10 +68,7 @@ fn help_shows_examples_before_options_and_the_exit_codes_last() {
         let at = |part: &str| help.find(part).unwrap_or_else(|| panic!("{part}: {help}"));
         assert!(at("Usage:") < at("Examples:"), "{help}");
         assert!(at("Examples:") < at("--help"), "{help}");
-        assert!(
-            help.contains("--verbose") && help.contains("--quiet"),
-            "{help}"
-        );
+        help.must_contain(&["--verbose", "--quiet"]);
     }
     let help = desk.run("--help").succeeds().stdout;
     let at = |part: &str| help.find(part).unwrap_or_else(|| panic!("{part}: {help}"));
@@ -103,14 +101,14 @@ fn words_are_completed() {
     assert!(robots.lines().any(|name| name == "hp-robot"), "{robots}");
     assert!(desk.data("__complete ports")["words"].is_array());
     let instruments = desk.data("__complete instruments");
-    assert!(instruments["words"].as_array().unwrap().len() > 10);
+    assert!(instruments["words"].list().len() > 10);
 }
 
 #[test]
 fn every_command_has_a_manual_page() {
     let desk = desk();
     let data = desk.data("man --out pages");
-    let files = data["files"].as_array().unwrap();
+    let files = data["files"].list();
     let names: Vec<String> = leaves()
         .iter()
         .map(|(name, _)| format!("pages/stiffbench-{}.1", name.replace(' ', "-")))
@@ -128,8 +126,8 @@ fn every_command_has_a_manual_page() {
     assert!(!desk.path("pages/stiffbench-prove.1").exists());
     let one = desk.run("man session run").succeeds().stdout;
     assert_eq!(one, desk.read("pages/stiffbench-session-run.1"));
-    assert!(one.contains("stiffbench session run monday"), "{one}");
-    let error = desk.refusal("man sesion", 2, "stiffbench::usage::argument");
+    one.must_contain(&["stiffbench session run monday"]);
+    let error = misuse(&desk, "man sesion");
     assert_output_contains(&error, &["did you mean session?"]);
 }
 

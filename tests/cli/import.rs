@@ -9,7 +9,8 @@ use serde_json::Value;
 
 use stiffbench_test_files::desk::{Desk, assert_output_contains};
 
-use super::desk;
+use super::{desk, misuse};
+use crate::support::{Json, Words};
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/imports")
@@ -28,17 +29,13 @@ fn desk_with_files() -> Desk {
 
 /// Pose, direction, stiffness and its expanded uncertainty of each cell, N/um.
 fn cells(data: &Value) -> Vec<(String, f64, f64)> {
-    let cells = data["cells"].as_array().unwrap();
+    let cells = data["cells"].list();
     let of = |cell: &Value| {
         let k = &cell["stiffness_regression"];
-        let name = format!(
-            "{} {}",
-            cell["pose"].as_str().unwrap(),
-            cell["direction"].as_str().unwrap()
-        );
+        let name = format!("{} {}", cell["pose"].word(), cell["direction"].word());
         (
             name,
-            k["value"].as_f64().unwrap(),
+            k["value"].number(),
             k["U"].as_f64().unwrap_or_default(),
         )
     };
@@ -136,11 +133,7 @@ fn columns_are_named_by_name_or_number() {
         2,
         "stiffbench::import::unknown_role",
     );
-    desk.refusal(
-        "import a.csv --out s3 --map force",
-        2,
-        "stiffbench::usage::argument",
-    );
+    misuse(&desk, "import a.csv --out s3 --map force");
 }
 
 #[test]
@@ -152,11 +145,9 @@ fn a_sign_that_goes_against_the_force_is_said_and_turned() {
     );
     let ran = desk.run("import a.csv --out s --direction x").succeeds();
     let said = "against the force throughout: its sign was reversed";
-    assert!(ran.stderr.contains(said), "{}", ran.stderr);
-    assert!(
-        desk.read("s/mapping.toml")
-            .contains("flip = [\"displacement\"]")
-    );
+    ran.stderr.must_contain(&[said]);
+    desk.read("s/mapping.toml")
+        .must_contain(&["flip = [\"displacement\"]"]);
     // As if it had been stated, whichever gauge is said to count the other way.
     for (out, stated) in [
         ("t", ""),
@@ -223,11 +214,7 @@ fn joint_values_are_the_poses_of_the_robot_in_every_analysis() {
             .replace("\n0;70", "\nP2;0;70")
             .replace("\n0;25", "\nP1;0;25"),
     );
-    let error = desk.refusal(
-        "import named.csv --out t --robot serial-arm",
-        2,
-        "stiffbench::usage::argument",
-    );
+    let error = misuse(&desk, "import named.csv --out t --robot serial-arm");
     assert_output_contains(&error, &["pose of this name with other joint values"]);
 }
 
@@ -331,12 +318,10 @@ fn calibration_can_be_given_to_every_analysis() {
     let run = desk
         .run("stiffness s --force-u 1N --displacement-u limit=1um --budget")
         .succeeds();
-    for words in [
+    run.stdout.must_contain(&[
         "force gauge: U = 1 N, k = 2 (--force-u 1N)",
         "displacement gauge: limits of error ±1 um, rectangular, u = 0.5774 um (--displacement-u limit=1um)",
-    ] {
-        assert!(run.stdout.contains(words), "{}", run.stdout);
-    }
+    ]);
     // The row of the budget has the distribution of the limits; that of the force gauge is normal.
     let row = |gauge: &str| {
         let mut rows = run.stdout.lines();
@@ -345,8 +330,8 @@ fn calibration_can_be_given_to_every_analysis() {
     };
     let [of_limits, of_force] =
         ["displacement", "force"].map(|name| row(&format!("calibration of the {name} gauge")));
-    assert!(of_limits.contains("rectangular"), "{of_limits}");
-    assert!(of_force.contains("normal"), "{of_force}");
+    of_limits.must_contain(&["rectangular"]);
+    of_force.must_contain(&["normal"]);
     let with = cells(&desk.data("stiffness s --force-u 1N"));
     assert!((with[0].1 - plain[0].1).abs() < 1e-12);
     // U of the calibration is U/F_max of K, added in squares: 1 N of 50 N is 2 %.
@@ -360,12 +345,8 @@ fn calibration_can_be_given_to_every_analysis() {
     let ran = desk
         .run("stiffness s --force-calibration force.csv")
         .succeeds();
-    assert!(
-        ran.stdout
-            .contains("force gauge corrected by --force-calibration force.csv"),
-        "{}",
-        ran.stdout
-    );
+    ran.stdout
+        .must_contain(&["force gauge corrected by --force-calibration force.csv"]);
     let corrected = cells(&desk.data("stiffness s --force-calibration force.csv"));
     assert!(
         (corrected[0].1 * 1.02 / plain[0].1 - 1.0).abs() < 1e-6,
@@ -374,11 +355,7 @@ fn calibration_can_be_given_to_every_analysis() {
     desk.run("compare s s --force-u 1N").succeeds();
     desk.run("stiffness s --instrument-records s/session.toml")
         .succeeds();
-    desk.refusal(
-        "stiffness s --force-u 1mm",
-        2,
-        "stiffbench::usage::argument",
-    );
+    misuse(&desk, "stiffness s --force-u 1mm");
     desk.write("bad.csv", "applied_N,indicated_N\n1,1\n");
     desk.refusal(
         "stiffness s --force-calibration bad.csv",
@@ -421,6 +398,6 @@ fn the_page_of_imported_readings_names_their_file() {
     let header = desk.read("s/session.toml");
     let (_, hash) = header.split_once("source_sha256 = \"").unwrap();
     assert!(page.contains(&hash[..64]));
-    assert!(page.contains("raw/two-columns.csv"));
+    page.must_contain(&["raw/two-columns.csv"]);
     assert!(page.contains("imported by") && !page.contains("recorded by"));
 }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use stiffbench_test_files::desk::assert_output_contains;
 
-use super::desk;
+use super::{desk, misuse};
+use crate::support::{Json, Words};
 
 #[test]
 fn equal_runs_have_no_endless_digits() {
@@ -113,23 +114,17 @@ fn lines_as_gauges_send_them_are_decoded_by_their_descriptions() {
             .succeeds();
         let object = ran.json();
         let k = &object["data"]["stiffness"]["cells"][0]["stiffness_regression"];
-        assert!(
-            (k["value"].as_f64().unwrap() - 2.0).abs() < 0.02,
-            "{name}: {k}"
-        );
+        assert!((k["value"].number() - 2.0).abs() < 0.02, "{name}: {k}");
         assert_eq!(object["data"]["readings"], 33, "{name}");
         let warnings = object["warnings"].to_string();
-        assert!(
-            warnings.contains("left out as no value of mark10-series5: 1 line, the first is line")
-                && warnings.contains("line 2"),
-            "{warnings}"
-        );
+        warnings.must_contain(&[
+            "left out as no value of mark10-series5: 1 line, the first is line",
+            "line 2",
+        ]);
         // The bytes as they came, and the digits as they were sent.
         assert_eq!(desk.read(&format!("{name}/raw/force.txt")), force);
-        assert!(
-            desk.read(&format!("{name}/readings.csv"))
-                .contains(",50.0,")
-        );
+        desk.read(&format!("{name}/readings.csv"))
+            .must_contain(&[",50.0,"]);
     }
     let error = desk.refusal(
         "import travel.csv --instrument mark10-series5 --out x --direction x",
@@ -137,10 +132,9 @@ fn lines_as_gauges_send_them_are_decoded_by_their_descriptions() {
         "stiffbench::import::no_packets",
     );
     assert_output_contains(&error, &["travel.csv, line 1", "mark10-series5"]);
-    let error = desk.refusal(
+    let error = misuse(
+        &desk,
         "import force.txt --instrument mitutoyo-01a --out x --direction x",
-        2,
-        "stiffbench::usage::argument",
     );
     assert_output_contains(&error, &["measures displacement"]);
 }

@@ -1,6 +1,7 @@
 //! Every result states what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
 use super::{desk, desk_with_session, five_columns};
+use crate::support::{Json, Words};
 
 #[test]
 fn every_result_begins_with_its_data_and_its_robot() {
@@ -31,15 +32,16 @@ fn every_result_begins_with_its_data_and_its_robot() {
         let arguments = arguments.replace("again", "once-more");
         let object = desk.run(&format!("{arguments} --json")).succeeds().json();
         let inputs = &object["inputs"];
-        let listed = inputs["data"].as_array().unwrap();
+        let listed = inputs["data"].list();
         assert_eq!(listed.len(), data, "{arguments}: {inputs}");
         for entry in listed {
-            assert_eq!(entry["sha256"].as_str().unwrap().len(), 64, "{arguments}");
+            assert_eq!(entry["sha256"].word().len(), 64, "{arguments}");
         }
         assert_eq!(inputs["robot"]["sha256"].is_string(), robot, "{arguments}");
     }
     desk.run("fit session --figures figures").succeeds();
-    assert!(desk.read("figures/residuals.svg").contains("mechanism"));
+    desk.read("figures/residuals.svg")
+        .must_contain(&["mechanism"]);
     assert!(
         desk.read("session/diagnosis/verdict.txt")
             .starts_with("Data: ")
@@ -59,7 +61,7 @@ fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
         assert!(desk.read(&format!("e/{file}")).contains(mark), "{file}");
     }
     let text = desk.run("stiffness e").succeeds().stdout;
-    assert!(text.contains("NOT MEASURED: emulated gauges"), "{text}");
+    text.must_contain(&["NOT MEASURED: emulated gauges"]);
     // A mark that was taken away is missed.
     let header = desk.read("e/session.toml");
     let kept = header.lines().filter(|line| !line.starts_with("origin"));
@@ -84,14 +86,13 @@ fn implausible_numbers_are_questioned() {
         "swapped.csv",
         &table.replace("force_N,displacement_um", "displacement_um,force_N"),
     );
-    assert!(warnings("swapped.csv").contains("are the two columns exchanged?"));
+    warnings("swapped.csv").must_contain(&["are the two columns exchanged?"]);
     desk.write(
         "mm.csv",
         &table.replace("displacement_um", "displacement_mm"),
     );
-    assert!(
-        warnings("mm.csv").contains("are displacements in µm taken for mm, or forces in kN for N?")
-    );
+    warnings("mm.csv")
+        .must_contain(&["are displacements in µm taken for mm, or forces in kN for N?"]);
     let turned: Vec<String> = table
         .lines()
         .map(|line| match line.rsplit_once(",-") {
@@ -100,11 +101,11 @@ fn implausible_numbers_are_questioned() {
         })
         .collect();
     desk.write("turned.csv", &turned.join("\n"));
-    assert!(warnings("turned.csv").contains("opposite signs"));
+    warnings("turned.csv").must_contain(&["opposite signs"]);
     let rows: Vec<&str> = table.lines().collect();
     let twice = [rows.as_slice(), &rows[1..9]].concat();
     desk.write("twice.csv", &twice.join("\n"));
-    assert!(warnings("twice.csv").contains("was part of the file pasted twice?"));
+    warnings("twice.csv").must_contain(&["was part of the file pasted twice?"]);
 
     let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/robots/scara.toml");
     let file = std::fs::read_to_string(fixture).unwrap();
@@ -114,10 +115,10 @@ fn implausible_numbers_are_questioned() {
         desk.run("robot check robot.toml").succeeds().stderr
     };
     let moduli = |from: &str, to: &str| file.replace(from, to);
-    assert!(with(moduli("e9", "e3")).contains("is it in MPa or GPa?"));
+    with(moduli("e9", "e3")).must_contain(&["is it in MPa or GPa?"]);
     let in_mm = file
         .replace("h = 0.40", "h = 400.0")
         .replace("l1 = 0.30", "l1 = 300.0")
         .replace("l2 = 0.25", "l2 = 250.0");
-    assert!(with(in_mm).contains("are lengths in mm?"));
+    with(in_mm).must_contain(&["are lengths in mm?"]);
 }

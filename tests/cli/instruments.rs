@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Desk, Ran, assert_output_contains, desk};
+use crate::support::{Json, Words};
 
 /// Decodes bytes on standard input.
 fn decode(desk: &Desk, arguments: &str, bytes: &[u8]) -> Ran {
@@ -30,18 +31,15 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
             { "value": -4.448_221_615_260_5, "unit": "N", "raw": "-1.0 lbF", "marks": [] },
         ])
     );
-    let rejected = data["rejected"].as_array().unwrap();
+    let rejected = data["rejected"].list();
     let raw: Vec<&Value> = rejected.iter().map(|one| &one["raw"]).collect();
     assert_eq!(raw, ["*10", "1 lbFin", "\\x80"]);
     let data = decoded(&desk, "imada-ds2 --unit N", b"-056.7NTL\r-056.7NPL\r");
     assert_eq!(data["samples"][0]["value"], -56.7);
     assert_eq!(data["samples"][0]["marks"], json!(["below-limit"]));
-    assert!(
-        data["rejected"][0]["reason"]
-            .as_str()
-            .unwrap()
-            .contains("peak mode")
-    );
+    data["rejected"][0]["reason"]
+        .word()
+        .must_contain(&["peak mode"]);
 }
 
 #[test]
@@ -56,9 +54,9 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
     let check = desk
         .run("gauge check own/instruments/my-gauge.toml")
         .succeeds();
-    for asked in ["overloaded", "capacity", "resolution"] {
-        assert!(check.stderr.contains(asked), "{asked}: {}", check.stderr);
-    }
+    check
+        .stderr
+        .must_contain(&["overloaded", "capacity", "resolution"]);
     let data = desk.data("gauge list --protocols own");
     assert_eq!(data["instruments"][0]["name"], "my-gauge");
     let data = decoded(&desk, "my-gauge --protocols own --unit N", b"1.5 kgf\n");
@@ -77,7 +75,7 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
     desk.run("session run t --emulated --no-input --speed 50 --protocols stated --force-instrument my-gauge --poses P1 --directions x --repeats 1 --loads-n=0,-20")
         .succeeds();
     let header = desk.read("t/session.toml");
-    assert!(header.contains("resolution_N = 0.02"), "{header}");
+    header.must_contain(&["resolution_N = 0.02"]);
     assert!(
         desk.read("s/readings.csv").contains("0N,0,"),
         "the gauge's own text"
@@ -93,5 +91,5 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
     );
     assert_output_contains(&error, &["broken.toml:", "`line.baud` is 9"]);
     let list = desk.run("gauge list --protocols own").succeeds();
-    assert!(list.stderr.contains("left out: "), "{}", list.stderr);
+    list.stderr.must_contain(&["left out: "]);
 }

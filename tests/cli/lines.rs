@@ -1,6 +1,7 @@
 //! Gauges on pseudo-terminals, as a user reads, finds, binds and records them.
 
-use super::{Desk, Ran, assert_output_contains, desk};
+use super::{Desk, Ran, assert_output_contains, desk, misuse};
+use crate::support::{Json, Words};
 
 #[path = "../../crates/gauges/tests/lines/device.rs"]
 mod device;
@@ -33,10 +34,9 @@ fn values_are_read_one_by_one() {
     let data = desk.data("gauge read mark10-series5 --port gauge --count 3");
     assert_eq!(data["identity"], "3791204");
     let values: Vec<f64> = data["samples"]
-        .as_array()
-        .unwrap()
+        .list()
         .iter()
-        .map(|sample| sample["value"].as_f64().unwrap())
+        .map(|sample| sample["value"].number())
         .collect();
     // The first after opening is left out.
     assert_eq!(values, [-2.5, -3.5, -4.5]);
@@ -46,10 +46,7 @@ fn values_are_read_one_by_one() {
         .run("gauge read mark10-series5 --port gauge")
         .succeeds()
         .stdout;
-    assert!(
-        text.contains("N\n") && text.contains("1 value and"),
-        "{text}"
-    );
+    text.must_contain(&["N\n", "1 value and"]);
 }
 
 #[test]
@@ -68,11 +65,7 @@ fn absent_busy_silent_and_wrong_gauges_are_distinguished() {
         "stiffbench::port::no_line",
     );
     assert_output_contains(&error, &["it is a file"]);
-    let error = desk.refusal(
-        "gauge read mark10-series5",
-        2,
-        "stiffbench::usage::argument",
-    );
+    let error = misuse(&desk, "gauge read mark10-series5");
     assert_output_contains(&error, &["--port", "stiffbench gauge bind"]);
     let _gauge = Device::at(&desk.path("gauge"), |_| Vec::new());
     let error = desk.refusal(
@@ -101,13 +94,12 @@ fn what_is_on_a_port_is_found_and_bound() {
     let data = desk.data("gauge bind force --port gauge --instrument mark10-series5");
     assert_eq!(data["binding"]["identity"], "3791204");
     let data = desk.data("gauge read mark10-series5");
-    assert_eq!(data["samples"].as_array().unwrap().len(), 1);
+    assert_eq!(data["samples"].list().len(), 1);
     // A speed that is the description's is not repeated.
     assert!(!desk.read("stiffbench-bench.toml").contains("baud"));
-    let error = desk.refusal(
+    let error = misuse(
+        &desk,
         "gauge bind displacement --port gauge --instrument mark10-series5",
-        2,
-        "stiffbench::usage::argument",
     );
     assert_output_contains(&error, &["is a force gauge"]);
     desk.refusal(
@@ -133,7 +125,7 @@ fn a_gauge_set_to_another_speed_is_found_and_read_at_it() {
     let data = desk.data("gauge bind force --port gauge --instrument mark10-series5");
     assert_eq!(data["binding"]["baud"], 9600, "{data}");
     let data = desk.data("gauge read mark10-series5");
-    assert_eq!(data["samples"].as_array().unwrap().len(), 1);
+    assert_eq!(data["samples"].list().len(), 1);
 }
 
 #[test]
@@ -152,7 +144,7 @@ fn what_is_recorded_is_shown_decoded_and_replayed() {
     let shown = desk.data("gauge show a.trace");
     assert_eq!(shown["complete"], true);
     assert_eq!(shown["instrument"], "mark10-series5");
-    let count = |data: &serde_json::Value| data["samples"].as_array().unwrap().len() as u64;
+    let count = |data: &serde_json::Value| data["samples"].list().len() as u64;
     let decoded = desk.data("gauge decode a.trace");
     assert_eq!(count(&decoded), values);
     let replayed = desk.data("gauge replay a.trace --speed max");
@@ -163,7 +155,7 @@ fn what_is_recorded_is_shown_decoded_and_replayed() {
     let whole = desk.read("a.trace");
     desk.write("cut.trace", &whole[..whole.len() / 2]);
     let Ran { stderr, .. } = desk.run("gauge decode cut.trace").succeeds();
-    assert!(stderr.contains("no end mark"), "{stderr}");
+    stderr.must_contain(&["no end mark"]);
     let cut = count(&desk.data("gauge decode cut.trace"));
     assert!(0 < cut && cut < values, "{cut} of {values}");
     desk.write("none.trace", "force\n");

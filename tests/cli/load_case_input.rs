@@ -2,103 +2,44 @@
 
 use super::load_cases::fanuc;
 use super::{Desk, assert_output_contains};
+use crate::support::Words;
+use crate::support::tables::Table;
 use stiffbench_test_files::text;
 
 /// Tables that do not fit the robot, with exit code, error and words of it.
+#[rustfmt::skip]
 const REFUSED: [(&str, i32, &str, [&str; 3]); 8] = [
-    (
-        "axes",
-        11,
-        "stiffbench::load_cases::unknown_axes",
-        ["line 2", "link66", "link6"],
-    ),
-    (
-        "variable",
-        11,
-        "stiffbench::load_cases::unknown_variable",
-        ["joint_q1", "J1", "J2"],
-    ),
-    (
-        "bare",
-        11,
-        "stiffbench::load_cases::bare_variable",
-        ["bare.csv", "`j2 (deg)`", "joint_J2_deg"],
-    ),
-    (
-        "pose",
-        11,
-        "stiffbench::load_cases::unknown_pose",
-        ["line 2", "PX", "joint_J1_deg"],
-    ),
-    (
-        "dial",
-        11,
-        "stiffbench::load_cases::mixed",
-        ["line 1", "`displacement_um`", "displacement_x_um"],
-    ),
-    (
-        "zero",
-        11,
-        "stiffbench::load_cases::no_load",
-        ["line 2", "zero", "rejected"],
-    ),
-    (
-        "few",
-        40,
-        "stiffbench::load_cases::too_few",
-        ["were read: 1", "parameters: 4", "--parameter"],
-    ),
-    (
-        "slide",
-        11,
-        "stiffbench::load_cases::joint_unit",
-        ["joint_J1", "length", "_deg"],
-    ),
+    ("pose,joint_J1_deg,axes,force_x_N,displacement_x_um\na,0,link66,1,2\n", 11, "unknown_axes", ["line 2", "link66", "link6"]),
+    ("pose,joint_q1_deg,force_x_N,displacement_x_um\na,0,1,2\n", 11, "unknown_variable", ["joint_q1", "J1", "J2"]),
+    ("pose,joint_J1_deg,j2 (deg),force_x_N,displacement_x_um\na,0,30,1,2\n", 11, "bare_variable", ["bad.csv", "`j2 (deg)`", "joint_J2_deg"]),
+    ("pose,force_x_N,displacement_x_um\nPX,1,2\n", 11, "unknown_pose", ["line 2", "PX", "joint_J1_deg"]),
+    ("pose,joint_J1_deg,force_x_N,displacement_um\na,0,1,2\n", 11, "mixed", ["line 1", "`displacement_um`", "displacement_x_um"]),
+    ("pose,joint_J1_deg,axes,force_x_N,displacement_x_um\na,0,base,0,2\n", 11, "no_load", ["line 2", "zero", "rejected"]),
+    ("pose,joint_J1_deg,axes,force_x_N,displacement_x_um\na,0,base,1,2\n", 40, "too_few", ["were read: 1", "parameters: 4", "--parameter"]),
+    ("pose,joint_J1_mm,force_x_N,displacement_x_um\na,0,1,2\n", 11, "joint_unit", ["joint_J1", "length", "_deg"]),
 ];
 
 #[test]
 fn what_does_not_fit_the_robot_is_refused_with_its_place() {
     let desk = fanuc();
-    let head = "pose,joint_J1_deg,axes,force_x_N,displacement_x_um\n";
-    desk.write("axes.csv", &format!("{head}a,0,link66,1,2\n"));
-    desk.write(
-        "variable.csv",
-        "pose,joint_q1_deg,force_x_N,displacement_x_um\na,0,1,2\n",
-    );
-    desk.write(
-        "bare.csv",
-        "pose,joint_J1_deg,j2 (deg),force_x_N,displacement_x_um\na,0,30,1,2\n",
-    );
-    desk.write("pose.csv", "pose,force_x_N,displacement_x_um\nPX,1,2\n");
-    desk.write(
-        "dial.csv",
-        "pose,joint_J1_deg,force_x_N,displacement_um\na,0,1,2\n",
-    );
-    desk.write("zero.csv", &format!("{head}a,0,base,0,2\n"));
-    desk.write("few.csv", &format!("{head}a,0,base,1,2\n"));
-    desk.write(
-        "slide.csv",
-        "pose,joint_J1_mm,force_x_N,displacement_x_um\na,0,1,2\n",
-    );
+    for (table, exit, code, words) in REFUSED {
+        desk.write("bad.csv", table);
+        let code = format!("stiffbench::load_cases::{code}");
+        let error = desk.refusal("fit bad.csv --robot fanuc.toml", exit, &code);
+        assert_output_contains(&error, &words);
+    }
     desk.write(
         "limit.csv",
         text("data/load-cases/fanuc-r2000ic/readings.csv")
             .replace("1,-59.991000025", "1,-459.991000025")
             .as_str(),
     );
-    for (file, exit, code, words) in REFUSED {
-        let error = desk.refusal(&format!("fit {file}.csv --robot fanuc.toml"), exit, code);
-        assert_output_contains(&error, &words);
-    }
     let outside = desk
         .run("fit limit.csv --robot fanuc.toml --json")
         .succeeds()
         .json();
     let warnings = outside["warnings"].to_string();
-    assert!(
-        warnings.contains("line 3, pose 1: outside the limit J1 >= -185"),
-        "{warnings}"
-    );
+    warnings.must_contain(&["line 3, pose 1: outside the limit J1 >= -185"]);
     desk.refusal("fit cases.csv", 2, "stiffbench::usage::no_robot");
     let argument = "stiffbench::usage::argument";
     for (option, code) in [
@@ -128,7 +69,7 @@ fn one_name_for_two_poses_is_a_warning() {
         desk.run(run).succeeds().json()["warnings"].to_string()
     };
     let words = "line 3: pose a has other joint values than in line 2: give each pose its own name";
-    assert!(warnings("10").contains(words), "{}", warnings("10"));
+    warnings("10").must_contain(&[words]);
     // A controller repeats a pose to fractions of a degree.
     assert!(!warnings("0.3").contains("other joint values"));
 }
@@ -164,23 +105,17 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         assert!(!fine.contains(words), "{fine}");
     }
     let soft = warnings_of(&desk, "fanuc.toml", &table.replace("_um", "_mm"));
-    assert!(
-        soft.contains("are displacements in µm taken for mm, or forces in kN for N?"),
-        "{soft}"
-    );
-    assert!(
-        soft.contains("line ") && soft.contains("displacement_"),
-        "{soft}"
-    );
+    soft.must_contain(&[
+        "are displacements in µm taken for mm, or forces in kN for N?",
+        "line ",
+        "displacement_",
+    ]);
     let stiff = warnings_of(
         &desk,
         "fanuc.toml",
         &table.replace("_N", "_kN").replace("_um", "_nm"),
     );
-    assert!(
-        stiff.contains("are displacements in mm taken for µm, or forces in N for kN?"),
-        "{stiff}"
-    );
+    stiff.must_contain(&["are displacements in mm taken for µm, or forces in N for kN?"]);
     // Each quantity alone, in both directions.
     for (unit, other, words) in [
         ("_um", "_mm", "in µm taken for mm"),
@@ -192,62 +127,38 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         assert!(odd.contains(words), "{unit} as {other}: {odd}");
     }
     // One value a thousand times too large.
-    let lines: Vec<&str> = table.lines().collect();
-    let row = lines
-        .iter()
-        .position(|line| line.starts_with("7,"))
-        .unwrap();
-    let mut cells: Vec<String> = lines[row].split(',').map(str::to_owned).collect();
-    let column = column_of(table, "displacement_y_um");
-    let value: f64 = cells[column].parse().unwrap();
-    cells[column] = (1e3 * value).to_string();
-    let slip = table.replace(lines[row], &cells.join(","));
-    let slip = warnings_of(&desk, "fanuc.toml", &slip);
+    let mut slip = Table::parse(table);
+    let row = (0..slip.len()).find(|row| slip.word(*row, "pose") == "7");
+    let row = row.unwrap();
+    slip.change(row, "displacement_y_um", |read| 1e3 * read);
+    let slip = warnings_of(&desk, "fanuc.toml", &slip.text());
     let place = format!(
         "line {}, pose 7: displacement_y is, for its force, ",
-        row + 1
+        row + 2
     );
     assert!(slip.contains(&place), "{slip}");
     // Forces that point the other way.
     let turned = warnings_of(&desk, "fanuc.toml", &with_turned_forces(table));
-    assert!(
-        turned.contains("the tool moved against the force"),
-        "{turned}"
-    );
-    assert!(
-        turned.contains("the model explains hardly anything"),
-        "{turned}"
-    );
+    turned.must_contain(&[
+        "the tool moved against the force",
+        "the model explains hardly anything",
+    ]);
     // Lengths of the robot a thousand times too large.
     let long = text("data/robots/fanuc-r2000ic.toml").replace("_mm = ", "_m = ");
     desk.write("long.toml", &long);
     let long = warnings_of(&desk, "long.toml", table);
-    assert!(
-        long.contains("joint.J1 has ") && long.contains("N·m/rad"),
-        "{long}"
-    );
-}
-
-/// The place of a column of a table.
-fn column_of(table: &str, name: &str) -> usize {
-    let head = table.lines().find(|line| line.starts_with("pose,"));
-    let mut columns = head.unwrap().split(',');
-    columns.position(|column| column == name).unwrap()
+    long.must_contain(&["joint.J1 has ", "N·m/rad"]);
 }
 
 /// A table whose forces point the other way.
 fn with_turned_forces(table: &str) -> String {
-    let first = column_of(table, "force_x_N");
-    let lines = table.lines().map(|line| {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        for cell in cells.iter_mut().skip(first).take(3) {
-            if let Ok(force) = cell.parse::<f64>() {
-                *cell = (-force).to_string();
-            }
+    let mut table = Table::parse(table);
+    for row in 0..table.len() {
+        for column in ["force_x_N", "force_y_N", "force_z_N"] {
+            table.change(row, column, |force| -force);
         }
-        cells.join(",")
-    });
-    lines.collect::<Vec<_>>().join("\n")
+    }
+    table.text()
 }
 
 #[test]
@@ -296,11 +207,7 @@ fn saved_springs_are_read_again_by_robots_of_both_formats() {
     let desk = fanuc();
     let fit = "fit cases.csv --robot fanuc.toml --parameter joint.J1,joint.J3.y,tool.x=free --save-factors fitted.toml";
     let fitted = desk.data(fit);
-    assert!(
-        desk.read("fitted.toml").contains("springs = "),
-        "{}",
-        desk.read("fitted.toml")
-    );
+    desk.read("fitted.toml").must_contain(&["springs = "]);
     let kept = "fit cases.csv --robot fanuc.toml --factors fitted.toml --parameter joint.J2=free";
     let again = desk.data(kept);
     let value = |data: &serde_json::Value, name: &str| data["factors"]["springs"][name].as_f64();
@@ -336,7 +243,7 @@ fn saved_springs_are_read_again_by_robots_of_both_formats() {
             .exits_with(10)
             .json();
         let message = run["error"].to_string();
-        assert!(message.contains("S33"), "{message}");
+        message.must_contain(&["S33"]);
     }
     let good = desk.read("fitted.toml");
     desk.write("typo.toml", &good.replace("springs = ", "spring = "));
@@ -360,10 +267,7 @@ fn simulated_springs_without_a_stiffness_are_named() {
         desk.run(&run).succeeds().json()["warnings"].to_string()
     };
     let named = warnings("a", "");
-    assert!(
-        named.contains("joint.J1, joint.J2 have no stiffness yet"),
-        "{named}"
-    );
+    named.must_contain(&["joint.J1, joint.J2 have no stiffness yet"]);
     let given = warnings("b", "--true-factor joint.J1=1e-6,joint.J2=1e-6");
     assert!(!given.contains("no stiffness yet"), "{given}");
 }

@@ -56,6 +56,7 @@ mod vectors;
 
 use std::fmt::Write;
 
+use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 /// A folder of its own to run the program in.
@@ -68,6 +69,11 @@ fn desk_with_session() -> Desk {
     let desk = desk();
     desk.run("simulate session --seed 4").succeeds();
     desk
+}
+
+/// A command with arguments that cannot be used: it ends with exit code 2; the error.
+fn misuse(desk: &Desk, arguments: &str) -> Value {
+    desk.refusal(arguments, 2, "stiffbench::usage::argument")
 }
 
 /// A text with its lines joined, so that words are found wherever a line ends.

@@ -6,6 +6,7 @@ use roxmltree::{Document, Node};
 use serde_json::Value;
 
 use super::desk;
+use crate::support::{Json, Words};
 use stiffbench_test_files::text;
 
 /// Elements of a name with an attribute of this value.
@@ -61,7 +62,7 @@ fn mujoco_gets_the_springs_of_beams_joints_and_base_with_friction_and_play() {
     let play = named(&document, "joint", "joint.S3.law1");
     assert_eq!(play.attribute("range"), Some("-0.0001 0.0001"));
     assert_eq!(play.attribute("stiffness"), None);
-    assert!(printed.contains("0.0001 rad, no interval"), "{printed}");
+    printed.must_contain(&["0.0001 rad, no interval"]);
     assert!(!printed.contains("99999999"), "{printed}");
     // Seven beams with six springs each, two laws, one spring of the base.
     let joints = document
@@ -141,7 +142,7 @@ fn loops_are_welded_kept_or_named() {
             .count()
     };
     let show = desk.data("robot show --mobility");
-    let rows = show["mechanisms"].as_array().unwrap();
+    let rows = show["mechanisms"].list();
     let of_f = rows.iter().find(|row| row["mechanism"] == "F").unwrap();
     let loops = of_f["rank_check"]["loops"].as_u64().unwrap() as usize;
     assert_eq!(urdf.matches("URDF holds no loops").count(), loops);
@@ -166,12 +167,7 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
     let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap();
     let fitted = &fit["data"]["parameters"];
-    let iy = fitted
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|p| p["name"] == "beam.Iy")
-        .unwrap();
+    let iy = fitted.named("beam.Iy");
     let found = row("beam.Iy");
     assert_eq!(found["status"], "free");
     for (key, expected) in [
@@ -179,12 +175,12 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
         ("ci95_low", &iy["ci95"][0]),
         ("ci95_high", &iy["ci95"][1]),
     ] {
-        near(found[key].parse().unwrap(), expected.as_f64().unwrap());
+        near(found[key].parse().unwrap(), expected.number());
     }
     desk.run("fit session --save-factors fitted.toml")
         .succeeds();
     let compliance = desk.data("robot compliance --pose P3 --factors fitted.toml");
-    let entry = compliance["compliance"][1][3].as_f64().unwrap();
+    let entry = compliance["compliance"][1][3].number();
     let found = row("compliance.uy.Mx");
     assert_eq!(found["unit"], "m/(N*m)");
     assert_eq!(found["pose"], "P3");
@@ -193,15 +189,8 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
         .run("robot export --format json --fit fit.json")
         .succeeds();
     let json: Value = serde_json::from_str(&json.stdout).unwrap();
-    assert_eq!(json["poses"].as_array().unwrap().len(), 4);
-    let of = |list: &Value| {
-        let iy = list
-            .as_array()
-            .unwrap()
-            .iter()
-            .find(|p| p["name"] == "beam.Iy");
-        iy.unwrap()["ci95"][1].as_f64().unwrap()
-    };
+    assert_eq!(json["poses"].list().len(), 4);
+    let of = |list: &Value| list.named("beam.Iy")["ci95"][1].number();
     near(of(&json["parameters"]), of(fitted));
 }
 
@@ -291,7 +280,7 @@ fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
 #[test]
 fn mujoco_moves_as_the_compliance_says() {
     let kept: Value = serde_json::from_str(text("fixtures/mujoco/displacements.json")).unwrap();
-    let force_n = kept["force_N"].as_f64().unwrap();
+    let force_n = kept["force_N"].number();
     let cases: BTreeMap<String, Vec<String>> =
         serde_json::from_str(text("fixtures/mujoco/cases.json")).unwrap();
     assert!(cases.len() >= 5);
@@ -315,8 +304,8 @@ fn mujoco_moves_as_the_compliance_says() {
             };
             let (mut apart, mut length) = (0.0, 0.0);
             for i in 0..3 {
-                let ours = force_n * compliance["compliance"][i][axis].as_f64().unwrap();
-                let found = kept["displacement_m"][&name][axis][i].as_f64().unwrap();
+                let ours = force_n * compliance["compliance"][i][axis].number();
+                let found = kept["displacement_m"][&name][axis][i].number();
                 apart += (found - ours).powi(2);
                 length += ours.powi(2);
             }

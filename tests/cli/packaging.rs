@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::desk;
+use crate::support::Words;
 
 fn sh(folder: &Path, script: &str) -> Output {
     Command::new("sh")
@@ -38,7 +39,7 @@ fn the_archive_installs_the_program_and_refuses_a_damaged_file() {
         "cd made; sha256sum -c *.sha256; tar -xzf *.tar.gz; mv stiffbench-*/ ../unpacked",
     );
     let told = succeeds(folder, "./unpacked/install.sh \"$PWD/prefix\"");
-    assert!(told.contains("prefix/bin/stiffbench"), "{told}");
+    told.must_contain(&["prefix/bin/stiffbench"]);
     let version = succeeds(folder, "prefix/bin/stiffbench --version");
     assert_eq!(
         version.trim(),
@@ -63,6 +64,6 @@ fn the_archive_installs_the_program_and_refuses_a_damaged_file() {
     let refused = sh(folder, "./unpacked/install.sh \"$PWD/other\"");
     assert!(!refused.status.success());
     let told = String::from_utf8(refused.stderr).unwrap();
-    assert!(told.contains("nothing was installed"), "{told}");
+    told.must_contain(&["nothing was installed"]);
     assert!(!desk.path("other").exists());
 }

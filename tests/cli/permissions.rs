@@ -9,6 +9,7 @@ use std::process::Command;
 use super::lines::mark10;
 use super::session::{EMULATED, SHORT};
 use super::{Desk, Ran, desk};
+use crate::support::{Json, Words};
 
 /// The user `nobody`, who is in no group.
 const NOBODY: u32 = 65_534;
@@ -42,8 +43,8 @@ fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
     let read = "gauge read mark10-series5 --port gauge --json";
     let error = &run_without_rights(&desk, read).exits_with(23).json()["error"];
     assert_eq!(error["code"], "stiffbench::port::not_allowed", "{error}");
-    let help = error["help"].as_str().unwrap();
-    assert!(help.contains("(mode 000): a udev rule"), "{help}");
+    let help = error["help"].word();
+    help.must_contain(&["(mode 000): a udev rule"]);
 }
 
 #[test]
@@ -52,10 +53,7 @@ fn a_folder_that_this_user_may_only_read_gets_no_session_and_loses_none() {
     allow(desk.folder.path(), 0o555);
     let command = format!("session run s {SHORT} {EMULATED} --json");
     let error = &run_without_rights_in_read_only(&desk, &command)["error"];
-    assert!(
-        error["message"].as_str().unwrap().contains("denied"),
-        "{error}"
-    );
+    error["message"].word().must_contain(&["denied"]);
 
     allow(desk.folder.path(), 0o755);
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
@@ -72,10 +70,7 @@ fn a_folder_that_this_user_may_only_read_gets_no_session_and_loses_none() {
     run_without_rights(&desk, "session verify s").succeeds();
     let resume = format!("session resume s {EMULATED} --json");
     let error = &run_without_rights_in_read_only(&desk, &resume)["error"];
-    assert!(
-        error["message"].as_str().unwrap().contains("denied"),
-        "{error}"
-    );
+    error["message"].word().must_contain(&["denied"]);
     allow(&session, 0o755);
     assert_eq!(desk.read("s/journal.jsonl"), journal);
 }

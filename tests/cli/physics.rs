@@ -10,6 +10,8 @@ use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::PoseId;
 
 use super::{Desk, desk};
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
 const EFFECTS: [(&str, f64); 16] = [
@@ -126,16 +128,9 @@ fn a_simulation_without_noise_is_the_prediction_of_the_laws() {
 
 /// Columns of a readings file as text, without the header.
 fn column(desk: &Desk, session: &str, name: &str) -> Vec<String> {
-    let text = desk.read(&format!("{session}/readings.csv"));
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let place = reader
-        .headers()
-        .unwrap()
-        .iter()
-        .position(|head| head == name);
-    let place = place.unwrap();
-    let rows = reader.records();
-    rows.map(|row| row.unwrap()[place].to_owned()).collect()
+    let table = Table::parse(&desk.read(&format!("{session}/readings.csv")));
+    let rows = 0..table.len();
+    rows.map(|row| table.word(row, name).to_owned()).collect()
 }
 
 #[test]
@@ -179,10 +174,8 @@ fn a_slider_may_stay_where_a_run_left_it() {
     assert_eq!([virgin[15], kept[15]], [0.0, 0.0]);
     assert!(virgin[29] < -0.5, "{virgin:?}");
     assert!(kept[29].abs() < 1e-6, "{kept:?}");
-    assert!(
-        desk.read("kept/simulation.toml")
-            .contains("keep_history = true")
-    );
+    desk.read("kept/simulation.toml")
+        .must_contain(&["keep_history = true"]);
 }
 
 #[test]
@@ -204,7 +197,7 @@ fn the_truth_is_recorded_as_effects_that_make_the_same_session_again() {
     );
     // What is not among the readings is said.
     let late = desk.run("simulate third --poses P1 --effect slip@P3.z.2.5:jump=-30um");
-    assert!(late.succeeds().stderr.contains("does not act"));
+    late.succeeds().stderr.must_contain(&["does not act"]);
 }
 
 /// A model with three laws, two of them with a history or a curve.
@@ -247,30 +240,28 @@ fn a_fit_with_the_model_finds_the_factors_behind_it_and_one_without_does_not() {
     let largest_error = |model: &str| -> f64 {
         let fit = desk.data(&format!("fit session {model} --factors unit"));
         let factors = fit["factors"]["beam"].as_object().unwrap();
-        let values = factors
-            .values()
-            .map(|factor| factor["value"].as_f64().unwrap());
+        let values = factors.values().map(|factor| factor["value"].number());
         values.map(|value| value.ln().abs()).fold(0.0, f64::max)
     };
     assert!(largest_error("--model model.toml") < 1e-4);
     assert!(largest_error("--mechanism F") > 0.02);
     let text = desk.run("fit session --model model.toml --figures figures");
     let text = text.succeeds().stdout;
-    assert!(text.contains("Physics beside the beams, held fixed:\n- joint-compliance at joint A4"));
+    text.must_contain(&["Physics beside the beams, held fixed:\n- joint-compliance at joint A4"]);
     let fit = desk.data("fit session --model model.toml");
-    assert_eq!(fit["physics"].as_array().unwrap().len(), 3);
-    assert!(fit["max_error_percent"].as_f64().unwrap() < 0.01);
+    assert_eq!(fit["physics"].list().len(), 3);
+    assert!(fit["max_error_percent"].number() < 0.01);
     // The paper's procedure compares means of F/d of the predicted readings, and its reference knows of beams alone.
     desk.run("fit session --model model.toml --method paper --train P1,P3")
         .succeeds();
     let list = desk
         .run("fit paper-experiment --model model.toml")
         .succeeds();
-    assert!(list.stderr.contains("10 to 70 N"), "{}", list.stderr);
+    list.stderr.must_contain(&["10 to 70 N"]);
     desk.run("robot significance --model model.toml --pose P1")
         .succeeds();
     let drawn = desk
         .run("robot compliance --pose P1 --model model.toml --figures figures")
         .succeeds();
-    assert!(drawn.stderr.contains("base-compliance"), "{}", drawn.stderr);
+    drawn.stderr.must_contain(&["base-compliance"]);
 }

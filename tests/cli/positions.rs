@@ -1,6 +1,8 @@
 //! Absolute positions under own weight through the commands: simulated, fitted, and what is refused with its place.
 
-use super::{Desk, assert_output_contains, desk, unwrapped};
+use super::{Desk, assert_output_contains, desk, misuse, unwrapped};
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 use stiffbench_test_files::text;
 
 const SPRINGS: &str =
@@ -19,12 +21,6 @@ fn simulate(folder: &str, more: &str) -> String {
     )
 }
 
-/// The parameters of a fit that are called so.
-fn parameter<'j>(list: &'j serde_json::Value, name: &str) -> &'j serde_json::Value {
-    let mut parameters = list.as_array().unwrap().iter();
-    parameters.find(|one| one["name"] == name).unwrap()
-}
-
 #[test]
 fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
     let desk = arm();
@@ -35,17 +31,15 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
     assert_eq!(desk.read("a/readings.csv"), desk.read("b/readings.csv"));
     let head = desk.read("a/readings.csv");
     let head = head.lines().next().unwrap();
-    assert!(
-        head.contains("joint_second_deg") && head.contains("position_x_mm"),
-        "{head}"
-    );
+    head.must_contain(&["joint_second_deg", "position_x_mm"]);
     assert!(!head.contains("force"), "{head}");
-    assert!(desk.read("a/session.toml").contains("stiffbench/session/2"));
-    assert!(desk.read("a/simulation.toml").contains("[tracker]"));
+    desk.read("a/session.toml")
+        .must_contain(&["stiffbench/session/2"]);
+    desk.read("a/simulation.toml").must_contain(&["[tracker]"]);
 
     let fit = desk.data("fit a");
     assert_eq!(
-        parameter(&fit["parameters"], "joint.J1")["status"],
+        fit["parameters"].named("joint.J1")["status"],
         "not_identified"
     );
     for (joint, compliance) in SPRINGS
@@ -53,9 +47,9 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
         .skip(1)
         .map(|one| one.split_once('=').unwrap())
     {
-        let one = parameter(&fit["parameters"], joint);
+        let one = fit["parameters"].named(joint);
         let truth: f64 = compliance.parse().unwrap();
-        let off = (one["value"].as_f64().unwrap() - truth) / one["se"].as_f64().unwrap();
+        let off = (one["value"].number() - truth) / one["se"].number();
         assert!(off.abs() < 4.5, "{joint}: {off} standard errors");
     }
     for (name, place) in [("base", "base_mm"), ("tool", "tool_point_mm")] {
@@ -64,27 +58,25 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
                 "base" => format!("base_frame.{letter}"),
                 _ => format!("tool_point.{letter}"),
             };
-            let error = &parameter(&fit["frames"]["parameters"], &key)["se"];
+            let error = &fit["frames"]["parameters"].named(&key)["se"];
             let [found, truth] =
-                [&fit["frames"], &made["tracker"]].map(|of| of[place][axis].as_f64().unwrap());
-            let off = 1e3 * (found - truth) / error.as_f64().unwrap();
+                [&fit["frames"], &made["tracker"]].map(|of| of[place][axis].number());
+            let off = 1e3 * (found - truth) / error.number();
             assert!(off.abs() < 4.5, "{key}: {off} standard errors");
         }
     }
-    let rms = |key: &str| fit["rms"][key].as_f64().unwrap();
+    let rms = |key: &str| fit["rms"][key].number();
     assert!(rms("rigid_um") > 10.0 * rms("unseen_um"));
     assert_eq!(fit["rms"]["rigid_um"], fit["rms"]["before_um"]);
     let page = unwrapped(&desk.run("fit a").succeeds().stdout);
-    for words in [
+    page.must_contain(&[
         "base_frame.rx",
         "tool_point.z",
         "Rigid: the robot without the fitted parameters, with its own base frame and tool point",
         "In poses left out",
         "joint.J1: the robot's own weight does not load it",
         "100 N along",
-    ] {
-        assert!(page.contains(words), "`{words}` is not in {page}");
-    }
+    ]);
     assert!(!page.contains("No force at the tool centre"), "{page}");
 }
 
@@ -92,8 +84,8 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
 fn warned(desk: &Desk, table: &str) -> Vec<String> {
     let object = desk.run(&format!("fit {table} --robot arm.toml --json"));
     let object = object.succeeds().json();
-    let warnings = object["warnings"].as_array().unwrap().iter();
-    let warnings = warnings.map(|one| one.as_str().unwrap().to_owned());
+    let warnings = object["warnings"].list().iter();
+    let warnings = warnings.map(|one| one.word().to_owned());
     let found = warnings.filter(|one| one.contains("measure it again"));
     found.collect()
 }
@@ -197,24 +189,20 @@ fn a_wrong_value_of_a_joint_is_named_with_the_right_one() {
 fn several_wrong_positions_do_not_hide_each_other() {
     let desk = arm();
     desk.run(&simulate("two", "--repeats 2")).succeeds();
-    let table = desk.read("two/readings.csv");
-    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
-    let column = lines[0].split(',').position(|name| name == "position_x_mm");
-    let column = column.unwrap();
+    let mut table = Table::parse(&desk.read("two/readings.csv"));
     let wrong = [
         (6, [650.0, 20.0, -90.0]),
         (7, [3.0, 4.0, 0.0]),
         (19, [0.0, -448.0, 0.0]),
     ];
     for (line, added) in wrong {
-        let mut cells: Vec<String> = lines[line - 1].split(',').map(str::to_owned).collect();
-        for (place, by) in added.into_iter().enumerate() {
-            let right: f64 = cells[column + place].parse().unwrap();
-            cells[column + place] = format!("{:.3}", right + by);
+        for (axis, by) in ["x", "y", "z"].into_iter().zip(added) {
+            let column = format!("position_{axis}_mm");
+            let right = table.number(line - 2, &column);
+            table.set(line - 2, &column, &format!("{:.3}", right + by));
         }
-        lines[line - 1] = cells.join(",");
     }
-    desk.write("bad.csv", &(lines.join("\n") + "\n"));
+    desk.write("bad.csv", &table.text());
     let found = warned(&desk, "bad.csv");
     let begins = ["line 6, ", "line 7, ", "line 19, pose 9: position y is"];
     assert_eq!(found.len(), 3, "{found:?}");
@@ -233,18 +221,18 @@ fn play_that_own_weight_closes_is_found_and_held() {
     let first = &found["findings"][0];
     assert_eq!(first["physics"], "joint-backlash");
     assert_eq!(first["place"]["joint"], "J3");
-    let play = first["parameters"]["play"]["value"].as_f64().unwrap();
+    let play = first["parameters"]["play"]["value"].number();
     assert!((play / 300e-6 - 1.0).abs() < 0.1, "{play}");
-    let names = found["factors"].as_array().unwrap().iter();
-    let names: Vec<&str> = names.map(|one| one["name"].as_str().unwrap()).collect();
+    let names = found["factors"].list().iter();
+    let names: Vec<&str> = names.map(|one| one["name"].word()).collect();
     assert!(
         names.iter().all(|name| name.starts_with("joint.")),
         "{names:?}"
     );
     let fit = desk.data("fit loose --model found/model.toml");
     for (joint, truth) in [("joint.J2", 8e-7), ("joint.J3", 1.1e-6)] {
-        let one = parameter(&fit["parameters"], joint);
-        let off = (one["value"].as_f64().unwrap() - truth) / one["se"].as_f64().unwrap();
+        let one = fit["parameters"].named(joint);
+        let off = (one["value"].number() - truth) / one["se"].number();
         assert!(off.abs() < 4.5, "{joint}: {off} standard errors");
     }
     desk.run("fit loose --effect creep@structure:k=1%/decade,t0=1s")
@@ -259,11 +247,11 @@ fn forces_beside_positions_load_what_weight_does_not() {
     desk.run(&simulate("pulled", "--loads-n 400 --repeats 2"))
         .succeeds();
     let fit = desk.data("fit pulled");
-    let first = parameter(&fit["parameters"], "joint.J1");
-    let off = (first["value"].as_f64().unwrap() - 1.2e-6) / first["se"].as_f64().unwrap();
+    let first = fit["parameters"].named("joint.J1");
+    let off = (first["value"].number() - 1.2e-6) / first["se"].number();
     assert!(off.abs() < 4.5, "{off}");
     assert_eq!(fit["weights"]["basis"], "pooled");
-    let sd = fit["displacement_sd_um"].as_f64().unwrap();
+    let sd = fit["displacement_sd_um"].number();
     assert!((15.0..25.0).contains(&sd), "{sd}");
 }
 
@@ -284,11 +272,7 @@ fn positions_without_weight_or_beside_something_else_are_refused() {
         "stiffbench::bench::no_weight",
     );
     assert_output_contains(&error, &["arm with a second arm", "[masses]", "--loads-n"]);
-    let error = desk.refusal(
-        &simulate("no", "--directions x"),
-        2,
-        "stiffbench::usage::argument",
-    );
+    let error = misuse(&desk, &simulate("no", "--directions x"));
     assert_output_contains(&error, &["--directions", "leave out --positions"]);
     for more in [
         "--load-cases 3",

@@ -10,7 +10,8 @@ use serde_json::Value;
 use stiffbench::analysis::PartModelFile;
 use stiffbench_test_files::desk::Desk;
 
-use super::desk;
+use super::{desk, misuse};
+use crate::support::{Json, Words};
 
 const COLUMNS: &str = "--specimen --response force --force-column force_N --displacement-column travel_mm --run-column run";
 
@@ -57,16 +58,13 @@ fn other_runs_and_amplitudes_lie_in_the_band() {
     let desk = desk_with_model();
     let data = predict(&desk, &slider(&[1.5, 0.7, 1.9], 2));
     // 1.96 of the noise, and a little for what the fit does not know.
-    let band = data["band"].as_f64().unwrap();
+    let band = data["band"].number();
     assert!((0.55..0.66).contains(&band), "{band}");
     assert_eq!(data["beyond_range"], 0);
-    let runs = data["runs"].as_array().unwrap();
+    let runs = data["runs"].list();
     assert_eq!(runs.len(), 3);
     for run in runs {
-        let (rms, within) = (
-            run["rms"].as_f64().unwrap(),
-            run["within_band"].as_f64().unwrap(),
-        );
+        let (rms, within) = (run["rms"].number(), run["within_band"].number());
         assert!((rms / 0.3 - 1.0).abs() < 0.2, "{rms}");
         // 161 readings: a share of 95 % scatters by 1.7 %.
         assert!((0.90..=0.99).contains(&within), "{within}");
@@ -87,7 +85,7 @@ fn answers_need_not_be_there_and_are_predicted_alike() {
     let without = without.join("\n");
     let alone = predict(&desk, &without);
     assert_eq!(alone["runs"].as_array().map(Vec::len), Some(0));
-    let rows = |data: &Value| data["rows"].as_array().unwrap().clone();
+    let rows = |data: &Value| data["rows"].list().to_vec();
     for (one, other) in rows(&with).iter().zip(&rows(&alone)) {
         assert_eq!(one["predicted"], other["predicted"]);
         assert!(other.get("measured").is_none());
@@ -98,7 +96,7 @@ fn answers_need_not_be_there_and_are_predicted_alike() {
         beyond,
         rows(&alone)
             .iter()
-            .filter(|row| row["driver"].as_f64().unwrap().abs() > 2.0)
+            .filter(|row| row["driver"].number().abs() > 2.0)
             .count() as u64
     );
     assert!(beyond > 0);
@@ -112,12 +110,9 @@ fn its_own_table_is_predicted_as_well_as_it_was_fitted() {
         .run(&format!("diagnose part.csv {COLUMNS} --json"))
         .succeeds()
         .json();
-    let fitted = page["data"]["after"]["rms"]["value"].as_f64().unwrap();
-    let runs = data["runs"].as_array().unwrap();
-    let squares: f64 = runs
-        .iter()
-        .map(|run| run["rms"].as_f64().unwrap().powi(2))
-        .sum();
+    let fitted = page["data"]["after"]["rms"]["value"].number();
+    let runs = data["runs"].list();
+    let squares: f64 = runs.iter().map(|run| run["rms"].number().powi(2)).sum();
     let rms = (squares / 3.0).sqrt();
     assert!((rms / fitted - 1.0).abs() < 1e-6, "{rms} {fitted}");
 }
@@ -127,64 +122,30 @@ fn what_cannot_be_predicted_is_refused() {
     let desk = desk_with_model();
     let model = desk.read("part/model.toml");
     let table = slider(&[1.0], 4);
-    for (name, text, of_table, code, parts) in [
-        (
-            "angle.toml",
-            model.replace("= \"travel_mm\"", "= \"travel_deg\""),
-            table.replace("travel_mm", "travel_deg"),
-            "other_unit",
-            "in deg, and the model in mm",
-        ),
-        (
-            "law.toml",
-            model.replace("joint-friction", "joint-fiction"),
-            table.clone(),
-            "bad_value",
-            "joint-fiction",
-        ),
-        (
-            "unit.toml",
-            model.replace("\nunit = \"mm\"", "\nunit = \"m\""),
-            table.clone(),
-            "bad_value",
-            "the unit mm",
-        ),
-        (
-            "schema.toml",
-            model.replace("part-model/2", "part-model/9"),
-            table.clone(),
-            "bad_value",
-            "part-model/2",
-        ),
-        (
-            "key.toml",
-            model.replace("[band]", "[bend]"),
-            table.clone(),
-            "unreadable",
-            "bend",
-        ),
-        (
-            "robot.toml",
-            "schema = \"stiffbench/model/1\"\n".to_owned(),
-            table.clone(),
-            "unreadable",
-            "missing field",
-        ),
-        (
-            "scale.toml",
-            model.replace("half_width = ", "half_width = -"),
-            table.clone(),
-            "bad_value",
-            "above zero",
-        ),
-    ] {
-        desk.write(name, &text);
-        desk.write("table.csv", &of_table);
+    let refused = |model: &str, table: &str, code: &str, words: &str| {
+        desk.write("other.toml", model);
+        desk.write("table.csv", table);
         let code = format!("stiffbench::part_model::{code}");
-        let arguments = format!("part predict {name} table.csv");
-        let message = desk.refusal(&arguments, 10, &code)["message"].to_string();
-        assert!(message.contains(parts), "{message}");
+        let error = desk.refusal("part predict other.toml table.csv", 10, &code);
+        error["message"].word().must_contain(&[words]);
+    };
+    #[rustfmt::skip]
+    let changes = [
+        ("joint-friction", "joint-fiction", "bad_value", "joint-fiction"),
+        ("\nunit = \"mm\"", "\nunit = \"m\"", "bad_value", "the unit mm"),
+        ("part-model/2", "part-model/9", "bad_value", "part-model/2"),
+        ("[band]", "[bend]", "unreadable", "bend"),
+        ("half_width = ", "half_width = -", "bad_value", "above zero"),
+    ];
+    for (old, new, code, words) in changes {
+        refused(&model.replace(old, new), &table, code, words);
     }
+    let of_robot = "schema = \"stiffbench/model/1\"\n";
+    refused(of_robot, &table, "unreadable", "missing field");
+    let in_degrees = model.replace("= \"travel_mm\"", "= \"travel_deg\"");
+    let turned = table.replace("travel_mm", "travel_deg");
+    let words = "in deg, and the model in mm";
+    refused(&in_degrees, &turned, "other_unit", words);
     desk.write("table.csv", &table.replace("travel_mm", "way_mm"));
     let code = "stiffbench::table::unknown_column";
     desk.refusal("part predict part/model.toml table.csv", 11, code);
@@ -211,10 +172,7 @@ fn a_configuration_that_was_not_fitted_is_refused() {
     let code = "stiffbench::part_model::unknown_configuration";
     let message =
         desk.refusal("part predict part/model.toml C.csv", 10, code)["message"].to_string();
-    assert!(
-        message.contains("`C`") && message.contains("`A`, `B`"),
-        "{message}"
-    );
+    message.must_contain(&["`C`", "`A`, `B`"]);
 }
 
 #[test]
@@ -245,6 +203,6 @@ fn options_of_a_robot_are_refused_with_a_part() {
         "--parameter joint.A3=free",
     ] {
         let arguments = format!("diagnose part.csv {COLUMNS} {option}");
-        desk.refusal(&arguments, 2, "stiffbench::usage::argument");
+        misuse(&desk, &arguments);
     }
 }

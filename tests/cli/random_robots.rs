@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::desk;
+use crate::support::Json;
 
 /// Sections of beams.
 const SECTIONS: [&str; 5] = [
@@ -140,9 +141,7 @@ fn intervals_of(seeds: std::ops::RangeInclusive<u64>) -> [usize; 2] {
             .succeeds();
             let fit = desk.data(&format!("fit s{noise} --parameter {free}=free"));
             for (name, truth) in &robot.springs {
-                let parameters = fit["parameters"].as_array().unwrap();
-                let own = parameters.iter().find(|own| own["name"] == name.as_str());
-                let own = own.unwrap();
+                let own = fit["parameters"].named(name);
                 // A spring that no load turns has no interval.
                 let [Some(low), Some(high)] = [0, 1].map(|end| own["ci95"][end].as_f64()) else {
                     assert_eq!(own["status"], "not_identified", "{}\n{own}", robot.text);

@@ -7,6 +7,8 @@ use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 use super::{desk, desk_with_session, five_columns};
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 
 /// A desk with `session` and its `report.html`, of two poses, without diagnosis.
 fn desk_with_report(options: &str) -> Desk {
@@ -20,14 +22,14 @@ fn desk_with_report(options: &str) -> Desk {
 
 /// The paragraphs of the answer of a report, in lines.
 fn answer(data: &Value) -> String {
-    let blocks = data["answer"].as_array().unwrap().iter();
+    let blocks = data["answer"].list().iter();
     let texts = blocks.filter_map(|block| block["text"].as_str());
     texts.collect::<Vec<_>>().join("\n")
 }
 
 /// The rows of the table of a report with such a head.
 fn rows<'d>(data: &'d Value, heads: &[&str]) -> &'d [Value] {
-    let mut blocks = data["body"].as_array().unwrap().iter();
+    let mut blocks = data["body"].list().iter();
     let table = blocks.find(|block| {
         let columns = block["columns"].as_array();
         columns.is_some_and(|columns| {
@@ -35,7 +37,7 @@ fn rows<'d>(data: &'d Value, heads: &[&str]) -> &'d [Value] {
             heads.iter().all(has)
         })
     });
-    table.unwrap()["rows"].as_array().unwrap()
+    table.unwrap()["rows"].list()
 }
 
 /// Every item of a report, stated.
@@ -81,17 +83,17 @@ fn the_map_of_a_page_is_that_of_the_fitted_model() {
     let page = desk.data("report session --no-diagnosis --out again.html");
     let rows = rows(&page, &["direction", "smallest", "largest"]);
     assert_eq!(rows.len(), 4);
-    let columns = map["mechanisms"][0]["stiffness"].as_array().unwrap();
+    let columns = map["mechanisms"][0]["stiffness"].list();
     for (row, column) in rows.iter().zip(columns) {
         for (place, end) in [(1, "smallest"), (2, "largest")] {
-            let printed: f64 = row[place].as_str().unwrap().parse().unwrap();
-            let value = column[end]["sampled"]["value"]["value"].as_f64().unwrap();
+            let printed: f64 = row[place].word().parse().unwrap();
+            let value = column[end]["sampled"]["value"]["value"].number();
             // Four digits are printed.
             assert!((printed / value - 1.0).abs() < 0.0005, "{row}: {value}");
         }
     }
     let html = desk.read("again.html");
-    assert!(html.contains("<h2>Stiffness over the workspace</h2>"));
+    html.must_contain(&["<h2>Stiffness over the workspace</h2>"]);
 }
 
 #[test]
@@ -101,9 +103,9 @@ fn a_report_with_a_diagnosis_names_the_verdict_and_is_small() {
         .succeeds();
     let data = desk.data("report session --train P1,P3");
     let answer = answer(&data);
-    let verdict = data["diagnosis"]["numbers"]["headline"].as_str().unwrap();
+    let verdict = data["diagnosis"]["numbers"]["headline"].word();
     let page = desk.read("session/report.html");
-    assert!(page.contains("What the model leaves out"));
+    page.must_contain(&["What the model leaves out"]);
     assert!(page.contains(&verdict[..20]) && answer.contains(&verdict[..20]));
     assert!(page.len() < 2_500_000, "{}", page.len());
     // Nothing is named, and so nothing improves.
@@ -155,17 +157,11 @@ fn a_changed_number_is_named_with_its_line_and_what_it_was() {
     desk.write("changed.html", &changed);
     let run = desk.run("report verify changed.html").exits_with(30);
     let line = page[..cell].matches('\n').count() + 1;
-    assert!(
-        run.stdout.contains(&format!("line {line} ")) && run.stdout.contains("0.09"),
-        "{}",
-        run.stdout
-    );
+    run.stdout.must_contain(&[&format!("line {line} "), "0.09"]);
     let data = desk.run("report verify changed.html --json").exits_with(30);
     let data = data.json();
-    assert_eq!(
-        (&data["ok"], &data["data"]["good"]),
-        (&false.into(), &false.into())
-    );
+    assert_eq!(data["ok"], false);
+    assert_eq!(data["data"]["good"], false);
     desk.run("report verify session/report.html").succeeds();
 }
 
@@ -175,25 +171,21 @@ fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
     let run = desk
         .run("report session --no-diagnosis --out more.html")
         .succeeds();
-    for item in [
+    run.stdout.must_contain(&[
         "laboratory.name",
         "customer.name",
         "item.received",
         "--issued DATE",
-    ] {
-        assert!(run.stdout.contains(item), "{item}: {}", run.stdout);
-    }
-    assert!(desk.read("bare.html").contains(">missing</"));
+    ]);
+    desk.read("bare.html").must_contain(&[">missing</"]);
     assert!(!desk.read("bare.html").contains("not applicable"));
     desk.write("details.toml", DETAILS);
     let options = "--details details.toml --issued 2026-11-25 --out full.html";
     let data = desk.data(&format!("report session --no-diagnosis {options}"));
-    let open = data["items"].as_array().unwrap().iter();
+    let open = data["items"].list().iter();
     assert_eq!(open.filter(|item| item["value"].is_null()).count(), 0);
     let page = desk.read("full.html");
-    assert!(
-        page.contains("Hall 3") && page.contains("2026-11-18") && page.contains("not applicable")
-    );
+    page.must_contain(&["Hall 3", "2026-11-18", "not applicable"]);
     assert!(!page.contains(">missing</"));
 }
 
@@ -202,7 +194,7 @@ fn pass_and_fail_follow_the_decision_rule() {
     let desk = desk_with_report("");
     let data = desk.data("stiffness session");
     let cell = &data["cells"][0]["stiffness_regression"];
-    let (value, expanded) = (cell["value"].as_f64().unwrap(), cell["U"].as_f64().unwrap());
+    let (value, expanded) = (cell["value"].number(), cell["U"].number());
     let decided = |rule: &str, limit: f64, out: &str| {
         let details = format!(
             "{rule}[[requirement]]\npose = \"P1\"\ndirection = \"x\"\nat_least_N_per_um = {limit}\n"
@@ -226,8 +218,9 @@ fn pass_and_fail_follow_the_decision_rule() {
     let simple = "decision_rule = \"simple-acceptance\"\n";
     assert_eq!(decided(simple, value - 0.5 * expanded, "e.html"), "pass");
     assert_eq!(decided("", value, "f.html"), Value::Null);
-    assert!(desk.read("f.html").contains("no statement of conformity"));
-    assert!(desk.read("b.html").contains("conditional pass"));
+    desk.read("f.html")
+        .must_contain(&["no statement of conformity"]);
+    desk.read("b.html").must_contain(&["conditional pass"]);
 }
 
 #[cfg(unix)]
@@ -246,7 +239,7 @@ fn an_emulated_session_that_was_stopped_is_partial() {
     }
     desk.run("report whole --no-diagnosis").succeeds();
     let page = desk.read("whole/report.html");
-    assert!(page.contains("EMULATED"));
+    page.must_contain(&["EMULATED"]);
     assert_eq!(
         page.contains("<span>PARTIAL · EMULATED</span>"),
         run.code != 0
@@ -264,17 +257,15 @@ fn an_emulated_session_that_was_stopped_is_partial() {
     let run = desk.run(later).succeeds();
     let page = desk.read("overdue.html");
     let first = page.split("<h2>").next().unwrap();
-    for words in [
+    first.must_contain(&[
         "CALIBRATION OVERDUE",
         "certificate K-1, OVERDUE (due 2020-01-02)",
         "displacement gauge: not stated",
         "loads -10, -20, -30 N",
         "no statement of conformity",
-    ] {
-        assert!(first.contains(words), "{words}: {first}");
-    }
-    assert!(page.contains(">0.15 N (k = 2)</td>") && page.contains("measured by"));
-    assert!(run.stdout.contains("CALIBRATION OVERDUE"));
+    ]);
+    page.must_contain(&[">0.15 N (k = 2)</td>", "measured by"]);
+    run.stdout.must_contain(&["CALIBRATION OVERDUE"]);
 }
 
 /// A session whose force gauge had a certificate that ran out.
@@ -329,8 +320,10 @@ fn a_replacement_names_the_report_and_the_reason() {
     .assert()
     .success();
     let page = desk.read("second.html");
-    assert!(page.contains("This report replaces report SB-20261120-0123456789."));
-    assert!(page.contains("wrong serial number"));
+    page.must_contain(&[
+        "This report replaces report SB-20261120-0123456789.",
+        "wrong serial number",
+    ]);
     desk.run("report session --amends SB-1").exits_with(2);
     desk.run("report session --reason because").exits_with(2);
 }
@@ -338,12 +331,12 @@ fn a_replacement_names_the_report_and_the_reason() {
 #[test]
 fn the_day_of_issue_is_never_that_of_the_clock() {
     let desk = desk_with_report("--issued 2026-11-25 --out a.html");
-    assert!(desk.read("a.html").contains("issued 2026-11-25"));
+    desk.read("a.html").must_contain(&["issued 2026-11-25"]);
     desk.command("report session --no-diagnosis --out b.html")
         .env("SOURCE_DATE_EPOCH", "1700000000")
         .assert()
         .success();
-    assert!(desk.read("b.html").contains("issued 2023-11-14"));
+    desk.read("b.html").must_contain(&["issued 2023-11-14"]);
     desk.command("report session --no-diagnosis --out c.html")
         .env("SOURCE_DATE_EPOCH", "yesterday")
         .assert()
@@ -360,7 +353,7 @@ fn typst_gets_every_text_as_a_string() {
     desk.run("report session --no-diagnosis --details report.toml --out page.typ")
         .succeeds();
     let text = desk.read("page.typ");
-    assert!(text.contains("\"#panic(\\\"no\\\") \\\\ $x$ *bold*\""));
+    text.must_contain(&["\"#panic(\\\"no\\\") \\\\ $x$ *bold*\""]);
     assert!(text.contains("drawing(bytes(\"<svg xmlns=") && !text.contains("{{"));
     // Outside of strings stand the words of the template alone.
     let mut outside = String::new();
@@ -395,10 +388,10 @@ fn a_locale_without_utf_8_gets_ascii() {
         let ran = Ran::of(desk.command(&line).env("LC_ALL", locale)).succeeds();
         ran.stdout
     };
-    assert!(stated("C.UTF-8", "a.html").contains(" ± "));
+    stated("C.UTF-8", "a.html").must_contain(&[" ± "]);
     let plain = stated("C", "b.html");
     assert!(plain.contains(" +- ") && plain.is_ascii(), "{plain}");
-    assert!(desk.read("b.html").contains(" ± "));
+    desk.read("b.html").must_contain(&[" ± "]);
 }
 
 /// Relative luminance of a colour `#rrggbb` (WCAG 2.2).
@@ -462,25 +455,22 @@ fn load_cases_have_a_report_with_springs_and_it_can_be_verified() {
     let data = desk.data(&format!("report {cases} {to}"));
     let answer = answer(&data);
     // The fit prints 860874 N*m/rad.
-    assert!(answer.contains("joint.J1\u{a0}861"), "{answer}");
-    assert!(answer.contains("rigid robot"), "{answer}");
+    answer.must_contain(&["joint.J1\u{a0}861"]);
+    answer.must_contain(&["rigid robot"]);
     // What is named weakly is no improvement to promise.
-    assert!(answer.contains("There is a weak sign of"), "{answer}");
+    answer.must_contain(&["There is a weak sign of"]);
     assert!(!answer.contains("falls from"), "{answer}");
     let unseen = &data["diagnosis"]["numbers"]["after"]["held_out_rms_um"];
-    assert!(
-        (140.0..180.0).contains(&unseen.as_f64().unwrap()),
-        "{unseen}"
-    );
+    assert!((140.0..180.0).contains(&unseen.number()), "{unseen}");
     assert_eq!(data["sessions"][0]["load_cases"], 43);
-    let findings = data["diagnosis"]["numbers"]["findings"].as_array().unwrap();
+    let findings = data["diagnosis"]["numbers"]["findings"].list();
     assert!(
         findings.iter().any(|one| one["place"]["joint"] == "J3"),
         "{findings:?}"
     );
     let page = desk.read("fanuc.html");
     assert!(!page.contains("Uncertainty budget"));
-    assert!(page.contains("Residual vectors"));
+    page.must_contain(&["Residual vectors"]);
     desk.run(&format!("report verify fanuc.html {cases}"))
         .succeeds();
     // One digit of a compliance in the embedded data and the text.
@@ -516,11 +506,7 @@ fn a_page_of_another_template_is_never_verified_without_it() {
     for name in ["page.html", "altered.html"] {
         let ran = desk.run(&format!("report verify {name} session"));
         assert_eq!(ran.code, 11, "{name}: {}", ran.stdout);
-        assert!(
-            ran.stdout.contains("NOT VERIFIED") && ran.stdout.contains("--template"),
-            "{}",
-            ran.stdout
-        );
+        ran.stdout.must_contain(&["NOT VERIFIED", "--template"]);
     }
     let ran = desk.run("report verify altered.html session --template own.html");
     assert_eq!(ran.code, 30, "{}", ran.stdout);
@@ -538,7 +524,7 @@ fn a_page_without_its_options_is_not_verified_against_a_session() {
     desk.write("changed.html", &changed);
     let ran = desk.run("report verify changed.html session");
     assert_eq!(ran.code, 30, "{}", ran.stdout);
-    assert!(ran.stdout.contains("/settings"), "{}", ran.stdout);
+    ran.stdout.must_contain(&["/settings"]);
 }
 
 #[test]
@@ -562,7 +548,7 @@ fn an_improvement_is_stated_only_where_the_error_falls() {
         let [before, after] = [numbers.next().unwrap(), numbers.next().unwrap()];
         assert!(after < before, "{answer}");
     }
-    assert!(answer.contains("play in joint A3"), "{answer}");
+    answer.must_contain(&["play in joint A3"]);
 }
 
 #[test]
@@ -582,21 +568,12 @@ fn readings_that_differ_from_their_journal_are_marked() {
     let desk = desk();
     desk.run("session run s --emulated --speed 200 --no-input --poses P1 --directions x --repeats 3 --loads-n=0,-20,-40 --answer temperature=21")
         .succeeds();
-    let readings = desk.read("s/readings.csv");
-    let (head, last) = readings.trim_end().rsplit_once('\n').unwrap();
-    let mut fields: Vec<String> = last.split(',').map(str::to_owned).collect();
-    let place = readings
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|name| name == "displacement_um");
-    fields[place.unwrap()] = "999".to_owned();
-    desk.write("s/readings.csv", &format!("{head}\n{}\n", fields.join(",")));
+    let mut readings = Table::parse(&desk.read("s/readings.csv"));
+    readings.set(readings.len() - 1, "displacement_um", &999);
+    desk.write("s/readings.csv", &readings.text());
     let data = desk.data("report s --trust-csv --no-diagnosis");
     let marks: Vec<&str> = data["marks"]
-        .as_array()
-        .unwrap()
+        .list()
         .iter()
         .filter_map(Value::as_str)
         .collect();

@@ -8,6 +8,7 @@ use stiffbench::report::page::{PageFormat, PageSource, read_page, session_page};
 
 use super::desk;
 use super::report::DETAILS;
+use crate::support::Json;
 
 /// Where the data of a page begin and end.
 const DATA: [&str; 2] = ["id=\"stiffbench-data\">", "</script>"];
@@ -17,6 +18,11 @@ fn parts(page: &str) -> [&str; 3] {
     let (before, rest) = page.split_once(DATA[0]).unwrap();
     let (json, after) = rest.split_once(DATA[1]).unwrap();
     [before, json, after]
+}
+
+/// The data of a page.
+fn data_of(page: &str) -> Value {
+    serde_json::from_str(parts(page)[1]).unwrap()
 }
 
 /// A page with other data.
@@ -56,8 +62,8 @@ fn sealed(mut page: String, original: &str) -> String {
 /// Another drawing in the place of a figure, in page and data.
 fn with_drawing(page: &str, change: impl Fn(&str) -> String) -> String {
     use base64::{Engine, engine::general_purpose::STANDARD};
-    let data: Value = serde_json::from_str(parts(page)[1]).unwrap();
-    let packed = data["figures"]["readings"][0]["svg"].as_str().unwrap();
+    let data = data_of(page);
+    let packed = data["figures"]["readings"][0]["svg"].word();
     let bytes = STANDARD.decode(packed).unwrap();
     let bytes = miniz_oxide::inflate::decompress_to_vec_zlib(&bytes).unwrap();
     let svg = String::from_utf8(bytes).unwrap();
@@ -65,6 +71,13 @@ fn with_drawing(page: &str, change: impl Fn(&str) -> String) -> String {
     let again = miniz_oxide::deflate::compress_to_vec_zlib(other.as_bytes(), 9);
     page.replace(&svg, &other)
         .replace(packed, &STANDARD.encode(again))
+}
+
+/// A page that names another template.
+fn of_another_template(page: &str) -> String {
+    let data = data_of(page);
+    let hash = data["program"]["template_sha256"].word();
+    page.replace(hash, &"0".repeat(64))
 }
 
 /// A page changed in one way.
@@ -144,12 +157,12 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
     (
         "cell of the results",
         |p| {
-            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
-            let mut blocks = data["body"].as_array().unwrap().iter();
+            let data = data_of(p);
+            let mut blocks = data["body"].list().iter();
             let table = blocks
                 .find(|block| block["columns"][3]["head"] == "K, N/µm")
                 .unwrap();
-            let k = table["rows"][0][3].as_str().unwrap();
+            let k = table["rows"][0][3].word();
             p.replace(&format!(">{k}</td>"), &format!(">9{k}</td>"))
                 .replace(&format!("\"{k}\""), &format!("\"9{k}\""))
         },
@@ -168,8 +181,8 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
                 data["figures"]["fit"][0]["svg"] = second;
                 data["figures"]["map"][0]["svg"] = first;
             });
-            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
-            let of_fit = data["figures"]["fit"].as_array().unwrap().len();
+            let data = data_of(p);
+            let of_fit = data["figures"]["fit"].list().len();
             let (fit, map) = (drawings[1], drawings[1 + of_fit]);
             let swapped = swapped.replace(fit, "\u{1}").replace(map, fit);
             swapped.replace('\u{1}', map)
@@ -236,33 +249,15 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
         |p| p.replace("report number", "certificate number"),
         [0, 30, 30],
     ),
-    (
-        "another template",
-        |p| {
-            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
-            let hash = data["program"]["template_sha256"].as_str().unwrap();
-            p.replace(hash, &"0".repeat(64))
-        },
-        [11; 3],
-    ),
+    ("another template", of_another_template, [11; 3]),
     (
         "another template with a script",
-        |p| {
-            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
-            let hash = data["program"]["template_sha256"].as_str().unwrap();
-            p.replace(hash, &"0".repeat(64))
-                .replace("</main>", "<script>a()</script></main>")
-        },
+        |p| of_another_template(p).replace("</main>", "<script>a()</script></main>"),
         [30; 3],
     ),
     (
         "another template whose style hides",
-        |p| {
-            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
-            let hash = data["program"]["template_sha256"].as_str().unwrap();
-            p.replace(hash, &"0".repeat(64))
-                .replace("</style>", ".box { Display : none }</style>")
-        },
+        |p| of_another_template(p).replace("</style>", ".box { Display : none }</style>"),
         [30; 3],
     ),
     (
@@ -294,11 +289,6 @@ const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
     ("byte order mark", |p| format!("\u{feff}{p}"), [30; 3]),
 ];
 
-/// The data of a page.
-fn data_of(page: &str) -> Value {
-    serde_json::from_str(parts(page)[1]).unwrap()
-}
-
 /// Data as if a program of another commit had made them.
 fn of_program(mut data: Value, commit: &str) -> Value {
     if let Some(program) = data["program"].as_object_mut() {
@@ -309,8 +299,8 @@ fn of_program(mut data: Value, commit: &str) -> Value {
 
 /// The same page as if a program of another commit had rendered it.
 fn of_another_commit(page: &str) -> String {
-    let data: Value = serde_json::from_str(parts(page)[1]).unwrap();
-    let commit = data["program"]["commit"].as_str().unwrap();
+    let data = data_of(page);
+    let commit = data["program"]["commit"].word();
     let printed = if commit.is_empty() {
         "not recorded"
     } else {

@@ -4,6 +4,7 @@
 use serde_json::Value;
 
 use super::{Desk, desk};
+use crate::support::{Json, Words};
 
 /// Robots with a pose of theirs: shipped, or in `fixtures/robots`. The end of the SCARA keeps its height, that of the four-bar follows a curve.
 const ROBOTS: [(&str, &str); 6] = [
@@ -31,11 +32,10 @@ fn robot_on(desk: &Desk, name: &str) -> String {
 fn object(desk: &Desk, arguments: &str) -> Value {
     let object = desk.run(&format!("{arguments} --json")).succeeds().json();
     assert_eq!(object["ok"], true, "{arguments}");
-    let kind = object["kind"].as_str().unwrap();
+    let kind = object["kind"].word();
     assert!(
         object["schema"]
-            .as_str()
-            .unwrap()
+            .word()
             .starts_with(&format!("stiffbench/{kind}/")),
         "{arguments}"
     );
@@ -93,13 +93,13 @@ fn stiffness_is_the_same_for_people_and_programs(desk: &Desk) {
         .map(|line| line.split('|').map(str::trim).collect())
         .filter(|cells: &Vec<&str>| cells.len() > 10 && cells[3].parse::<u32>().is_ok())
         .collect();
-    let cells = data["cells"].as_array().unwrap();
+    let cells = data["cells"].list();
     assert_eq!(rows.len(), cells.len(), "{text}");
     for (row, cell) in rows.iter().zip(cells) {
-        assert_eq!(row[1], cell["pose"].as_str().unwrap());
+        assert_eq!(row[1], cell["pose"].word());
         let regression = &cell["stiffness_regression"];
         for (column, key) in [(4, "value"), (5, "U"), (6, "k")] {
-            let exact = regression[key].as_f64().unwrap();
+            let exact = regression[key].number();
             assert!(
                 is_rounded(row[column], exact),
                 "{} is not {exact}",
@@ -112,10 +112,10 @@ fn stiffness_is_the_same_for_people_and_programs(desk: &Desk) {
 fn estimates_lie_inside_their_intervals_and_these_inside_the_bounds(desk: &Desk) {
     let fit = object(desk, "fit s");
     for (name, factor) in fit["data"]["factors"]["beam"].as_object().unwrap() {
-        let [value, start] = ["value", "start"].map(|key| factor[key].as_f64().unwrap());
+        let [value, start] = ["value", "start"].map(|key| factor[key].number());
         let within = |bounds: [f64; 2]| (bounds[0]..=bounds[1]).contains(&value);
         assert!(within([0.0999 * start, 10.001 * start]), "{name}: {factor}");
-        let interval = |ends: &Value| [0, 1].map(|end| ends[end].as_f64().unwrap());
+        let interval = |ends: &Value| [0, 1].map(|end| ends[end].number());
         if factor["ci95"].is_array() {
             let ends = interval(&factor["ci95"]);
             assert!(within(ends), "{name}: {factor}");
@@ -124,7 +124,7 @@ fn estimates_lie_inside_their_intervals_and_these_inside_the_bounds(desk: &Desk)
                 "{name}: {factor}"
             );
         }
-        let islands = factor["islands"].as_array().unwrap();
+        let islands = factor["islands"].list();
         if !islands.is_empty() {
             assert!(islands.len() > 1, "{name}: {factor}");
             assert!(
@@ -137,10 +137,10 @@ fn estimates_lie_inside_their_intervals_and_these_inside_the_bounds(desk: &Desk)
 
 fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
     let fit = object(desk, "fit s --figures figures");
-    let cells = fit["data"]["cells"].as_array().unwrap();
+    let cells = fit["data"]["cells"].list();
     let measured: Vec<f64> = cells
         .iter()
-        .map(|cell| cell["measured"]["value"].as_f64().unwrap())
+        .map(|cell| cell["measured"]["value"].number())
         .collect();
     // The lower panel shows how a cell is predicted by the others, where it is.
     let ratios: Vec<f64> = cells
@@ -148,9 +148,7 @@ fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
         .zip(&measured)
         .map(|(cell, measured)| {
             let judged = cell["predicted_without_its_pose"]["value"].as_f64();
-            judged.map_or(cell["ratio_percent"].as_f64().unwrap(), |k| {
-                100.0 * k / measured
-            })
+            judged.map_or(cell["ratio_percent"].number(), |k| 100.0 * k / measured)
         })
         .collect();
     let panels = super::drawn::panels(&desk.read("figures/stiffness.svg"));
@@ -166,8 +164,8 @@ fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
         desk,
         &format!("robot map {robot} --samples 200 --out map --figures map/figures"),
     );
-    for mechanism in map["data"]["mechanisms"].as_array().unwrap() {
-        for column in mechanism["stiffness"].as_array().unwrap() {
+    for mechanism in map["data"]["mechanisms"].list() {
+        for column in mechanism["stiffness"].list() {
             let value = |which: &str, how: &str| column[which][how]["value"]["value"].as_f64();
             for (which, sign) in [("smallest", -1.0), ("largest", 1.0)] {
                 let (Some(sampled), Some(refined)) =
@@ -200,10 +198,10 @@ fn more_runs_give_smaller_uncertainties_on_average() {
         ))
         .succeeds();
         let data = desk.data(&format!("stiffness s{repeats}"));
-        let cells = data["cells"].as_array().unwrap();
+        let cells = data["cells"].list();
         let share = |cell: &Value| {
             let found = &cell["stiffness_regression"];
-            found["U"].as_f64().unwrap() / found["value"].as_f64().unwrap()
+            found["U"].number() / found["value"].number()
         };
         shares.push(cells.iter().map(share).sum::<f64>() / cells.len() as f64);
     }
@@ -218,7 +216,7 @@ fn a_robot_file_is_begun_checked_and_never_written_over() {
             .succeeds();
         let check = desk.data(&format!("robot check {template}.toml"));
         assert_eq!(check["findings"], serde_json::json!([]), "{template}");
-        assert!(check["reach_m"].as_f64().unwrap() > 0.1, "{template}");
+        assert!(check["reach_m"].number() > 0.1, "{template}");
     }
     let before = desk.read("serial.toml");
     let again = desk.run("robot new serial.toml --template scara --json");
@@ -228,12 +226,12 @@ fn a_robot_file_is_begun_checked_and_never_written_over() {
     let urdf = format!("{}/fixtures/urdf/panda.urdf", env!("CARGO_MANIFEST_DIR"));
     let error = desk.run(&format!("robot new panda.toml --urdf {urdf} --json"));
     let message = error.exits_with(10).json()["error"]["message"].to_string();
-    assert!(message.contains("the robot has 3 ends"), "{message}");
+    message.must_contain(&["the robot has 3 ends"]);
     assert!(!desk.path("panda.toml").exists());
     let made = desk.data(&format!(
         "robot new panda.toml --urdf {urdf} --tip panda_hand_tcp"
     ));
-    assert_eq!(made["joints"].as_array().unwrap().len(), 9);
+    assert_eq!(made["joints"].list().len(), 9);
     let check = desk.run("robot check panda.toml").succeeds().stdout;
     assert!(
         check.contains("joint.panda_joint7") && check.contains("rigid") && !check.contains("yes"),
@@ -247,13 +245,7 @@ fn a_robot_file_is_begun_checked_and_never_written_over() {
         "robot new fanuc.toml {table} 0,0,0,0,0,0=1,2,3 --json"
     ));
     let error = wrong.exits_with(2).json();
-    assert!(
-        error["error"]["message"]
-            .as_str()
-            .unwrap()
-            .contains("mm away"),
-        "{error}"
-    );
+    error["error"]["message"].word().must_contain(&["mm away"]);
     assert!(!desk.path("fanuc.toml").exists());
     desk.run(&format!(
         "robot new fanuc.toml {table} 0,0,0,0,0,0=1807,0,1970"
@@ -309,10 +301,10 @@ fn columns_of_a_table_of_load_cases_are_printed_and_read() {
         let rows = [("a", "10"), ("b", "30"), ("c", "20"), ("d", "25")];
         let rows = rows.map(|(pose, joint)| row(pose, joint)).join("\n");
         desk.write("table.csv", &format!("{line}\n{rows}\n"));
-        let spring = check["free_springs"][0].as_str().unwrap();
+        let spring = check["free_springs"][0].word();
         let fit = format!("fit table.csv --robot {robot}.toml --parameter {spring}=free --json");
         let fit = desk.run(&fit).succeeds().json();
-        assert_eq!(fit["data"]["components"].as_array().unwrap().len(), 12);
+        assert_eq!(fit["data"]["components"].list().len(), 12);
         assert!(!fit["warnings"].to_string().contains("no joint column"));
     }
 }
@@ -323,7 +315,7 @@ fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     desk.run("simulate arm --robot franka-panda --seed 3")
         .succeeds();
     let fit = desk.data("fit arm");
-    let parameters = fit["parameters"].as_array().unwrap();
+    let parameters = fit["parameters"].list();
     let of = |status: &str| -> Vec<&Value> {
         let all = parameters.iter();
         all.filter(|one| one["status"] == status).collect()
@@ -333,7 +325,7 @@ fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     let found = of("free");
     assert_eq!(found.len(), 6, "{parameters:?}");
     for joint in found {
-        let [value, error] = ["value", "se"].map(|key| joint[key].as_f64().unwrap());
+        let [value, error] = ["value", "se"].map(|key| joint[key].number());
         assert!((value - 1.0 / 7000.0).abs() < 4.0 * error, "{joint}");
     }
     // The load at the flange does not turn the last joint.
@@ -343,16 +335,13 @@ fn springs_that_the_robot_file_frees_are_found_without_an_option() {
     // What is named as free takes the place of what the file frees.
     let one = desk
         .data("fit arm --parameter joint.panda_joint2=free --parameter joint.panda_joint1=fixed");
-    let free = one["parameters"].as_array().unwrap().iter();
+    let free = one["parameters"].list().iter();
     assert_eq!(free.filter(|one| one["status"] == "free").count(), 1);
 
     let ran = desk.run("diagnose arm --no-figures --out d").succeeds();
-    assert!(ran.stdout.contains("No missing physics was detected."));
-    assert!(
-        ran.stderr.contains("joint.panda_joint7 is kept"),
-        "{}",
-        ran.stderr
-    );
+    ran.stdout
+        .must_contain(&["No missing physics was detected."]);
+    ran.stderr.must_contain(&["joint.panda_joint7 is kept"]);
     let words: Vec<&str> = ran.stdout.split_whitespace().collect();
     let none = "the mechanism has no joint that these loads act on";
     assert!(!words.join(" ").contains(none), "{}", ran.stdout);

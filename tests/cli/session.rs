@@ -1,6 +1,9 @@
 //! `stiffbench session` on an emulated bench: measured, interrupted, gone on with, damaged and recovered.
 
-use super::desk;
+use super::{Desk, desk};
+#[cfg(unix)]
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 
 /// One pose, one direction, four readings.
 pub(super) const SHORT: &str =
@@ -9,12 +12,19 @@ pub(super) const SHORT: &str =
 /// An emulated bench without an operator.
 pub(super) const EMULATED: &str = "--emulated --speed 5 --no-input";
 
+/// A desk with the session `s` of such a bench.
 #[cfg(unix)]
-#[test]
-fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
+pub(super) fn measured() -> Desk {
     let desk = desk();
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
         .succeeds();
+    desk
+}
+
+#[cfg(unix)]
+#[test]
+fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
+    let desk = measured();
     let journal = desk.read("s/journal.jsonl");
     let third = journal
         .match_indices("\"kind\":\"reading\"")
@@ -34,44 +44,37 @@ fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
         damaged
     );
     let data = desk.data(&format!("session resume t {EMULATED}"));
-    assert_eq!(
-        (&data["outcome"], &data["accepted"]),
-        (&"complete".into(), &4.into())
-    );
+    assert_eq!(data["outcome"], "complete");
+    assert_eq!(data["accepted"], 4);
     // A line that was being written is no loss, unless the log names its event; nor does a journal without an end pass as complete.
     let text = desk.read("t/journal.jsonl");
     desk.write("t/journal.jsonl", &text[..text.len() - 7]);
     let verified = desk.run("session verify t");
-    assert!(
-        verified
-            .exits_with(30)
-            .stdout
-            .contains("the journal was cut behind event")
-    );
+    verified
+        .exits_with(30)
+        .stdout
+        .must_contain(&["the journal was cut behind event"]);
     std::fs::remove_file(desk.path("t/session.log")).unwrap();
     assert_eq!(desk.data("session verify t")["whole"], true);
     let verified = desk.run("session verify t");
-    assert!(verified.succeeds().stdout.contains("no end of the session"));
+    verified
+        .succeeds()
+        .stdout
+        .must_contain(&["no end of the session"]);
 }
 
 /// A table in which the value of a column was replaced in the row of a reading (from 1).
 #[cfg(unix)]
 fn with_value(table: &str, reading: usize, column: &str, value: impl Fn(&str) -> String) -> String {
-    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
-    let place = names.iter().position(|name| *name == column).unwrap();
-    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
-    let mut values: Vec<String> = lines[reading].split(',').map(str::to_owned).collect();
-    values[place] = value(&values[place]);
-    lines[reading] = values.join(",");
-    lines.join("\n") + "\n"
+    let mut table = Table::parse(table);
+    table.set(reading - 1, column, &value(table.word(reading - 1, column)));
+    table.text()
 }
 
 #[cfg(unix)]
 #[test]
 fn a_table_that_was_changed_after_the_session_is_refused() {
-    let desk = desk();
-    desk.run(&format!("session run s {SHORT} {EMULATED}"))
-        .succeeds();
+    let desk = measured();
     let table = desk.read("s/readings.csv");
     desk.run("stiffness s").succeeds();
     let verified = desk.data("session verify s");
@@ -108,33 +111,29 @@ fn a_table_that_was_changed_after_the_session_is_refused() {
             assert_eq!(refused.code, 11, "{}", refused.stdout);
             let error = &refused.json()["error"];
             assert_eq!(error["code"], "stiffbench::input::changed");
-            let message = error["message"].as_str().unwrap();
-            assert!(message.contains(says), "{message}");
+            let message = error["message"].word();
+            message.must_contain(&[says]);
         }
         let verified = desk.run("session verify s --json");
         assert_eq!(verified.code, 30);
         assert_eq!(verified.json()["data"]["table"]["state"], "changed");
-        assert!(verified.stdout.contains(says));
+        verified.stdout.must_contain(&[says]);
     }
     let changed = with_value(&table, 2, "displacement_um", one_more);
     desk.write("s/readings.csv", &changed);
     let trusted = desk.run("stiffness s --trust-csv --json").succeeds().json();
-    assert!(
-        trusted["warnings"]
-            .to_string()
-            .contains("--trust-csv: s/readings.csv differs")
-    );
+    trusted["warnings"]
+        .to_string()
+        .must_contain(&["--trust-csv: s/readings.csv differs"]);
     // Marks of an analyst are listed and no more.
     desk.write(
         "s/readings.csv",
         &with_value(&table, 2, "note", |_| "door opened".to_owned()),
     );
     let marked = desk.run("stiffness s --json").succeeds().json();
-    assert!(
-        marked["warnings"]
-            .to_string()
-            .contains("note of reading 2 is door opened")
-    );
+    marked["warnings"]
+        .to_string()
+        .must_contain(&["note of reading 2 is door opened"]);
     // Another mechanism than the session's, in the header alone.
     desk.write("s/readings.csv", &table);
     let header = desk.read("s/session.toml");
@@ -142,12 +141,10 @@ fn a_table_that_was_changed_after_the_session_is_refused() {
         "s/session.toml",
         &header.replace("mechanism = \"F\"", "mechanism = \"A\""),
     );
-    assert!(
-        desk.run("fit s")
-            .exits_with(11)
-            .stderr
-            .contains("mechanism")
-    );
+    desk.run("fit s")
+        .exits_with(11)
+        .stderr
+        .must_contain(&["mechanism"]);
     // Without a journal nothing can be compared.
     desk.write("s/session.toml", &header);
     std::fs::remove_file(desk.path("s/journal.jsonl")).unwrap();
@@ -159,9 +156,7 @@ fn a_table_that_was_changed_after_the_session_is_refused() {
 #[cfg(unix)]
 #[test]
 fn a_table_that_lags_behind_the_journal_was_not_changed() {
-    let desk = desk();
-    desk.run(&format!("session run s {SHORT} {EMULATED}"))
-        .succeeds();
+    let desk = measured();
     let table = desk.read("s/readings.csv");
     // A session that was killed between journal and table is behind and not changed; one that ended is not.
     let journal = desk.read("s/journal.jsonl");
@@ -172,11 +167,9 @@ fn a_table_that_lags_behind_the_journal_was_not_changed() {
     desk.run("stiffness s").exits_with(11);
     desk.write("s/journal.jsonl", running);
     let behind = desk.run("stiffness s --json").succeeds().json();
-    assert!(
-        behind["warnings"]
-            .to_string()
-            .contains("its last 1 reading:")
-    );
+    behind["warnings"]
+        .to_string()
+        .must_contain(&["its last 1 reading:"]);
     let within_last_row = shorter.trim_end().rfind('\n').unwrap() + 40;
     desk.write("s/readings.csv", &shorter[..within_last_row]);
     assert_eq!(
@@ -199,15 +192,11 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
     let (before, _) = ran.stderr.split_once("reading 1:").unwrap();
     assert!(before.contains(said), "{}", ran.stderr);
     assert_eq!(ran.stderr.matches(said).count(), 2, "{}", ran.stderr);
-    assert!(
-        desk.read("s/journal.jsonl")
-            .contains("\"kind\":\"calibration-warning\"")
-    );
+    desk.read("s/journal.jsonl")
+        .must_contain(&["\"kind\":\"calibration-warning\""]);
     // The gauge is called what its record calls it.
-    assert!(
-        desk.read("s/session.toml")
-            .contains("model = \"M5-50\"\ndescription = \"mark10-series5\"")
-    );
+    desk.read("s/session.toml")
+        .must_contain(&["model = \"M5-50\"\ndescription = \"mark10-series5\""]);
     for command in ["status s", "log s", "verify s", "recover s --out t"] {
         let command = format!("session {command}");
         desk.run(&format!("{command} --strict")).exits_with(12);

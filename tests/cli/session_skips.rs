@@ -2,15 +2,12 @@
 
 use stiffbench::session::{Event, SkipCode, Skipped, read_journal, write_line};
 
-use super::desk;
-use super::session::{EMULATED, SHORT};
+use super::session::measured;
 
 #[cfg(unix)]
 #[test]
 fn skipped_readings_are_named_with_their_reason_in_stiffness_fit_status_and_report() {
-    let desk = desk();
-    desk.run(&format!("session run s {SHORT} {EMULATED}"))
-        .succeeds();
+    let desk = measured();
     // The last reading was left out instead of taken.
     let read = read_journal(desk.read("s/journal.jsonl").as_bytes());
     let is_fourth = |event: &Event| matches!(event, Event::Reading(taken) if taken.number == 4);

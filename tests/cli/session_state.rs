@@ -2,6 +2,7 @@
 
 use super::desk;
 use super::session::{EMULATED, SHORT};
+use crate::support::Words;
 
 #[cfg(unix)]
 #[test]
@@ -15,7 +16,7 @@ fn running_crashed_and_ended_sessions_are_told_apart() {
     assert_eq!(status["outcome"], "complete");
     assert_eq!(status["ended_by"], "program");
     let log = desk.run("session log s").succeeds().stdout;
-    assert!(log.contains("40 % relative humidity at the start"), "{log}");
+    log.must_contain(&["40 % relative humidity at the start"]);
     // As after a power cut behind the first reading.
     let journal = desk.read("s/journal.jsonl");
     let first = journal.find("\"kind\":\"reading\"").unwrap();
@@ -24,12 +25,11 @@ fn running_crashed_and_ended_sessions_are_told_apart() {
     let status = desk.data("session status s");
     assert_eq!(status["outcome"], "crashed");
     let repeats = status["repeats"].to_string();
-    assert!(repeats.contains("the check of zero 1"), "{repeats}");
-    assert!(repeats.contains("the loads 0 N, not recorded"), "{repeats}");
+    repeats.must_contain(&["the check of zero 1", "the loads 0 N, not recorded"]);
     let lock = std::fs::File::open(desk.path("s/journal.jsonl")).unwrap();
     lock.lock().unwrap();
     assert_eq!(desk.data("session status s")["outcome"], "running");
     let text = desk.run("session status s").succeeds().stdout;
-    assert!(text.contains("running, process "), "{text}");
+    text.must_contain(&["running, process "]);
     lock.unlock().unwrap();
 }

@@ -1,17 +1,15 @@
 //! `stiffbench session undo`: the last decision of a session that has stopped is taken back, and nothing is deleted.
 
-use super::desk;
-use super::session::{EMULATED, SHORT};
+use super::session::{EMULATED, measured};
+use crate::support::Words;
 
 #[cfg(unix)]
 #[test]
 fn the_last_reading_of_a_session_that_stopped_is_taken_back_and_taken_again() {
-    let desk = desk();
-    desk.run(&format!("session run s {SHORT} {EMULATED}"))
-        .succeeds();
+    let desk = measured();
     let refused = desk.run("session undo s");
     assert_ne!(refused.code, 0);
-    assert!(refused.stderr.contains("is complete"), "{}", refused.stderr);
+    refused.stderr.must_contain(&["is complete"]);
     // As after a power cut behind the second reading.
     let journal = desk.read("s/journal.jsonl");
     let second = journal
@@ -32,10 +30,8 @@ fn the_last_reading_of_a_session_that_stopped_is_taken_back_and_taken_again() {
     lock.unlock().unwrap();
     let undone = desk.data("session undo s");
     assert_eq!(undone["undone"]["action"]["reading"]["number"], 2);
-    assert_eq!(
-        (&undone["accepted"], &undone["planned"]),
-        (&1.into(), &4.into())
-    );
+    assert_eq!(undone["accepted"], 1);
+    assert_eq!(undone["planned"], 4);
     let after = desk.read("s/journal.jsonl");
     assert!(after.starts_with(stopped), "nothing is deleted");
     assert_eq!(after.lines().count(), stopped.lines().count() + 1);
@@ -43,20 +39,13 @@ fn the_last_reading_of_a_session_that_stopped_is_taken_back_and_taken_again() {
     assert_eq!(desk.data("session status s")["superseded"], 1);
     // The one before it, then there is no other.
     let text = desk.run("session undo s").succeeds().stdout;
-    assert!(text.contains("reading 1 no longer counts"), "{text}");
-    assert!(text.contains(": reading 1: P1 x step"), "{text}");
+    text.must_contain(&["reading 1 no longer counts", ": reading 1: P1 x step"]);
     let none = desk.run("session undo s");
-    assert!(
-        none.stderr.contains("there is no reading"),
-        "{}",
-        none.stderr
-    );
+    none.stderr.must_contain(&["there is no reading"]);
     let log = desk.run("session log s").succeeds().stdout;
-    assert!(log.contains("undone: reading 2"), "{log}");
+    log.must_contain(&["undone: reading 2"]);
     let data = desk.data(&format!("session resume s {EMULATED}"));
-    assert_eq!(
-        (&data["outcome"], &data["accepted"]),
-        (&"complete".into(), &4.into())
-    );
+    assert_eq!(data["outcome"], "complete");
+    assert_eq!(data["accepted"], 4);
     assert_eq!(data["superseded"], 2);
 }

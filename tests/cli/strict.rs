@@ -1,6 +1,7 @@
 //! `--strict`: findings become exit codes, and without it they do not.
 
 use super::{desk, five_columns};
+use crate::support::{Json, Words};
 
 #[test]
 fn overdue_calibration_exits_with_12() {
@@ -18,12 +19,8 @@ fn overdue_calibration_exits_with_12() {
         "compare session session",
     ] {
         let ran = desk.run(subcommand).succeeds();
-        assert!(
-            ran.stderr
-                .contains("calibration overdue: force gauge (due 2002-01-01)"),
-            "{}",
-            ran.stderr
-        );
+        ran.stderr
+            .must_contain(&["calibration overdue: force gauge (due 2002-01-01)"]);
         desk.run(&format!("{subcommand} --strict")).exits_with(12);
     }
     // On the page and in the figure too.
@@ -69,7 +66,7 @@ fn a_factor_that_the_data_do_not_determine_exits_with_41() {
         let factors = fit["factors"]["beam"].as_object().unwrap();
         factors
             .values()
-            .filter(|factor| !["free", "fixed"].contains(&factor["status"].as_str().unwrap()))
+            .filter(|factor| !["free", "fixed"].contains(&factor["status"].word()))
             .count()
     };
     let arguments = "fit paper-experiment --train P1,P3";

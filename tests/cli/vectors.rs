@@ -1,6 +1,7 @@
 //! Sessions with displacement gauges along the base axes on an emulated bench, loads in any direction, and the table of ISO 9283.
 
-use super::{assert_output_contains, desk};
+use super::{assert_output_contains, desk, misuse};
+use crate::support::{Json, Words};
 use serde_json::Value;
 
 /// Three gauges, two loads of the test of ISO 9283 against and along a direction each.
@@ -12,7 +13,7 @@ const EMULATED: &str = "--emulated --speed 12 --no-input --answer temperature=21
 
 /// Rows of the compliance of the robot's end in a pose, µm/N.
 fn compliance(data: &Value) -> [[f64; 3]; 3] {
-    let entry = |i: usize, j: usize| data["compliance"][i][j].as_f64().unwrap() * 1e6;
+    let entry = |i: usize, j: usize| data["compliance"][i][j].number() * 1e6;
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
@@ -20,18 +21,14 @@ fn compliance(data: &Value) -> [[f64; 3]; 3] {
 fn three_gauges_measure_the_compliance_that_the_robot_has() {
     let desk = desk();
     let data = desk.data(&format!("session run s {SHORT} {EMULATED}"));
-    assert_eq!(
-        (&data["outcome"], &data["accepted"]),
-        (&"complete".into(), &18.into())
-    );
+    assert_eq!(data["outcome"], "complete");
+    assert_eq!(data["accepted"], 18);
     let header = desk.read("s/session.toml");
-    for part in [
+    header.must_contain(&[
         "schema = \"stiffbench/session/2\"",
         "displacement_axes = [\"x\", \"y\", \"z\"]",
         "[instruments.displacement_z]",
-    ] {
-        assert!(header.contains(part), "{part} in {header}");
-    }
+    ]);
     for trace in [
         "force",
         "displacement-x",
@@ -57,18 +54,18 @@ fn three_gauges_measure_the_compliance_that_the_robot_has() {
             let expected: f64 = (0..3).map(|i| matrix[axis][i] * unit[i]).sum();
             along += unit[axis] * expected;
             let value = &found["compliance"][name];
-            let error = (value["value"].as_f64().unwrap() - expected).abs();
-            let allowed = 2.0 * value["U"].as_f64().unwrap() + 0.05;
+            let error = (value["value"].number() - expected).abs();
+            let allowed = 2.0 * value["U"].number() + 0.05;
             assert!(error < allowed, "{name}: {value} for {expected}");
         }
-        let stiffness = found["stiffness"]["value"].as_f64().unwrap();
+        let stiffness = found["stiffness"]["value"].number();
         assert!(
             (stiffness * along - 1.0).abs() < 0.1,
             "{stiffness} for {along}"
         );
         let row = &measured["static_compliance"][cell];
-        assert!((row["force_N"].as_f64().unwrap() - 60.0).abs() < 0.5);
-        let mm_per_n = row["compliance"]["y"]["value"].as_f64().unwrap();
+        assert!((row["force_N"].number() - 60.0).abs() < 0.5);
+        let mm_per_n = row["compliance"]["y"]["value"].number();
         let expected: f64 = (0..3).map(|i| matrix[1][i] * unit[i]).sum();
         assert!(
             (mm_per_n * 1e3 - expected).abs() < 0.1,
@@ -76,26 +73,21 @@ fn three_gauges_measure_the_compliance_that_the_robot_has() {
         );
     }
     let text = desk.run("stiffness s").succeeds().stdout;
-    for part in ["(0,0.6,0.8)", "Static compliance (ISO 9283), mm/N", "-y"] {
-        assert!(text.contains(part), "{part} in {text}");
-    }
+    text.must_contain(&["(0,0.6,0.8)", "Static compliance (ISO 9283), mm/N", "-y"]);
     let log = desk.run("session log s").succeeds().stdout;
-    for part in [
+    log.must_contain(&[
         "displacement-z gauge counts along",
         "direction -y",
         "x ",
         "displacement-y gauge,",
-    ] {
-        assert!(log.contains(part), "{part} in {log}");
-    }
+    ]);
     // A report has both directions, the compliance along each axis and a decision.
     let details = "decision_rule = \"guard-band\"\n[[requirement]]\npose = \"P1\"\ndirection = \"-y\"\nat_least_N_per_um = 0.02\n";
     desk.write("report.toml", details);
     let report = desk.data("report s --details report.toml --out s.html");
     assert_eq!(report["conformity"]["requirements"][0]["decision"], "pass");
-    for part in ["Static compliance (ISO 9283)", "(0,0.6,0.8)"] {
-        assert!(desk.read("s.html").contains(part), "{part}");
-    }
+    desk.read("s.html")
+        .must_contain(&["Static compliance (ISO 9283)", "(0,0.6,0.8)"]);
     desk.run("report verify s.html s").succeeds();
     // What reads one displacement gauge says so.
     let error = desk.refusal("compare s s", 11, "stiffbench::input::vectors");
@@ -116,39 +108,26 @@ fn springs_are_fitted_from_a_guided_session_and_from_the_one_it_plans() {
     );
     desk.run(&format!("session run s --procedure iso-9283-static-compliance --poses P1 --directions -y,0,0.6,0.8 --loads-n 20,40,60 --repeats 3 {arm}"))
         .succeeds();
-    assert!(
-        desk.read("s/readings.csv")
-            .contains(",joint_theta1_deg,joint_theta2_deg,")
-    );
-    assert!(
-        desk.read("s/session.toml")
-            .contains("[procedure.joint_values")
-    );
+    desk.read("s/readings.csv")
+        .must_contain(&[",joint_theta1_deg,joint_theta2_deg,"]);
+    desk.read("s/session.toml")
+        .must_contain(&["[procedure.joint_values"]);
     let springs = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed --parameter joint.S1,joint.S2,joint.S3,joint.S4=free";
     let first = desk.data(&format!("fit s {springs} --next next.toml"));
-    let of = |data: &Value, name: &str| {
-        let parameters = data["parameters"].as_array().unwrap();
-        parameters
-            .iter()
-            .find(|one| one["name"] == name)
-            .unwrap()
-            .clone()
-    };
     // One pose with its arm in the plane of all loads cannot turn the post.
-    assert_eq!(of(&first, "joint.S1")["status"], "not_identified");
-    let error = desk.refusal(
-        &format!("fit s {springs} --next next.txt"),
-        2,
-        "stiffbench::usage::argument",
+    assert_eq!(
+        first["parameters"].named("joint.S1")["status"],
+        "not_identified"
     );
+    let error = misuse(&desk, &format!("fit s {springs} --next next.txt"));
     assert_output_contains(&error, &[".toml", ".csv"]);
-    assert!(desk.read("next.toml").contains(" min"));
+    desk.read("next.toml").must_contain(&[" min"]);
     desk.run(&format!("session run t --procedure next.toml {arm}"))
         .succeeds();
     let both = desk.data(&format!("fit s t {springs}"));
     for (joint, expected) in SPRINGS {
-        let one = of(&both, &format!("joint.{joint}"));
-        let off = (one["value"].as_f64().unwrap() - expected) / one["se"].as_f64().unwrap();
+        let one = both["parameters"].named(&format!("joint.{joint}"));
+        let off = (one["value"].number() - expected) / one["se"].number();
         assert!(off.abs() < 4.0, "{joint}: {off} standard errors");
         assert_eq!(one["status"], "free", "{joint}");
     }
@@ -177,16 +156,15 @@ fn the_poses_that_determine_springs_best_are_planned_and_measured() {
     let plan =
         "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses";
     let data = desk.data(&format!("{plan} 3 --save-procedure three.toml"));
-    assert_eq!(data["determines"].as_array().unwrap().len(), 4);
+    assert_eq!(data["determines"].list().len(), 4);
     let further = desk.data(&format!("{plan} 6"));
     for (three, six) in data["determines"]
-        .as_array()
-        .unwrap()
+        .list()
         .iter()
-        .zip(further["determines"].as_array().unwrap())
+        .zip(further["determines"].list())
     {
         // Twice the poses: about a half of the variance.
-        let ratio = six["se"].as_f64().unwrap() / three["se"].as_f64().unwrap();
+        let ratio = six["se"].number() / three["se"].number();
         assert!((0.4..1.0).contains(&ratio), "{ratio}");
     }
     let simulated = desk.data("simulate a --robot serial-arm --procedure three.toml");
@@ -203,7 +181,7 @@ fn the_poses_that_determine_springs_best_are_planned_and_measured() {
         ))
         .succeeds();
     assert!(!warned.stderr.contains("does not act"), "{}", warned.stderr);
-    desk.refusal(&format!("{plan} 0"), 2, "stiffbench::usage::argument");
+    misuse(&desk, &format!("{plan} 0"));
 }
 
 #[test]
@@ -213,22 +191,20 @@ fn a_simulated_session_of_three_gauges_is_one_that_a_bench_makes() {
     assert_eq!(data["readings"], 18);
     let [header, table] =
         ["session.toml", "readings.csv"].map(|file| desk.read(&format!("s/{file}")));
-    for part in [
+    header.must_contain(&[
         "schema = \"stiffbench/session/2\"",
         "[instruments.displacement_z]",
         "[procedure.joint_values.P1]",
-    ] {
-        assert!(header.contains(part), "{part} in {header}");
-    }
+    ]);
     assert!(!header.contains("[instruments.displacement]"), "{header}");
-    assert!(table.contains(",joint_theta1_deg,") && table.contains(",origin\n"));
+    table.must_contain(&[",joint_theta1_deg,", ",origin\n"]);
     let matrix = compliance(&desk.data("robot compliance --pose P1"));
     let measured = desk.data("stiffness s");
     for (cell, unit) in [[0.0, -1.0, 0.0], [0.0, 0.6, 0.8]].into_iter().enumerate() {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let expected: f64 = (0..3).map(|i| matrix[axis][i] * unit[i]).sum();
             let value = &measured["cells"][cell]["compliance"][name]["value"];
-            let error = value.as_f64().unwrap() - expected;
+            let error = value.number() - expected;
             // Of the ten digits of a compliance nine are left in the slope.
             let allowed = 1e-9 * expected.abs().max(1.0);
             assert!(
@@ -244,7 +220,7 @@ fn a_simulated_session_of_three_gauges_is_one_that_a_bench_makes() {
         desk.run(&format!("{two} {effect}")).succeeds().stderr
     };
     let stderr = slip("(0,0.6,0.8).2.3/y");
-    assert!(stderr.contains("the effect does not act"), "{stderr}");
+    stderr.must_contain(&["the effect does not act"]);
     std::fs::remove_dir_all(desk.path("t")).unwrap();
     let stderr = slip("(0,0.6,0.8).2.3/z");
     assert!(!stderr.contains("does not act"), "{stderr}");
@@ -270,10 +246,8 @@ fn cut_in_the_middle_and_resumed_the_readings_are_the_same() {
         serde_json::json!([0.0, -1.0, 0.0])
     );
     let data = desk.data(&format!("session resume s {EMULATED}"));
-    assert_eq!(
-        (&data["outcome"], &data["accepted"]),
-        (&"complete".into(), &18.into())
-    );
+    assert_eq!(data["outcome"], "complete");
+    assert_eq!(data["accepted"], 18);
     // A changed number is found, whichever gauge it is of.
     let table = desk.read("s/readings.csv");
     let line = table.lines().nth(5).unwrap();
@@ -285,10 +259,6 @@ fn cut_in_the_middle_and_resumed_the_readings_are_the_same() {
     desk.refusal("stiffness s", 11, "stiffbench::input::changed");
     assert_eq!(desk.run("session verify s").code, 30);
     let recovered = desk.run("session recover s --out t").succeeds();
-    assert!(
-        recovered.stdout.contains("18 readings"),
-        "{}",
-        recovered.stdout
-    );
+    recovered.stdout.must_contain(&["18 readings"]);
     desk.run("stiffness t").succeeds();
 }

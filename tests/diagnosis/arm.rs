@@ -9,7 +9,8 @@ use tempfile::TempDir;
 use stiffbench::analysis::{LoadedSession, ModelChoice, OpenSettings, check_data, resolve};
 use stiffbench::physics::{Law, TestObject};
 
-use super::tables::{Table, list};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 /// Where a diagnosis begins.
 pub(super) const MODEL: &str = "--robot serial-arm --factors unit";
@@ -57,7 +58,7 @@ pub(super) fn screened(table: &Table) -> Value {
 
 /// What of the data a diagnosis calls wrong.
 pub(super) fn data_findings(diagnosis: &Value) -> &[Value] {
-    list(&diagnosis["data_findings"])
+    diagnosis["data_findings"].list()
 }
 
 /// How many runs or cells, and how many readings, a diagnosis would call wrong before it searches: what [`screened`] names, without what

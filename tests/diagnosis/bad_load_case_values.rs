@@ -7,9 +7,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use super::load_cases::{DISPLACEMENTS, FORCES, TRACKER, interval, names, parameter};
+use super::load_cases::{DISPLACEMENTS, FORCES, TRACKER, interval, names};
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 /// The spring that half of the tables lack.
 const LACKING: [(&str, f64); 1] = [("joint.J3.z", 0.5e-6)];
@@ -22,7 +23,7 @@ fn simulated(robot: &RobotFile, further: &[(&str, f64)], repeats: u32, seed: u64
 }
 
 fn bad_values(diagnosis: &Value) -> &[Value] {
-    list(&diagnosis["data_findings"])
+    diagnosis["data_findings"].list()
 }
 
 /// Tables in which a value is called bad, of simulated ones without any; half of those without repeats lack a spring.
@@ -34,8 +35,8 @@ fn false_alarms(tables: u64, repeats: u32) -> usize {
             let table = simulated(&robot, further, repeats, 9000 + seed);
             // A fit warns of what a diagnosis leaves out.
             let fit = table.json("fit", &robot.option());
-            let warnings = list(&fit["warnings"]).iter();
-            let mut warnings = warnings.map(|warning| warning.as_str().unwrap());
+            let warnings = fit["warnings"].list().iter();
+            let mut warnings = warnings.map(Json::word);
             warnings.any(|warning| warning.contains("a bad value"))
         })
         .count()
@@ -58,7 +59,7 @@ fn the_step_of_the_forces_is_no_physics() {
     let found = (1..=8).filter(|seed| {
         let options = format!("{robot} --load-cases 60 --seed {seed}");
         let diagnosis = Table::simulated(&options, &[]).data("diagnose", robot);
-        !list(&diagnosis["findings"]).is_empty()
+        !diagnosis["findings"].list().is_empty()
     });
     // At 5 % more than 2 of 8 come once in 170.
     let found = found.count();
@@ -93,11 +94,11 @@ fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
             let [one] = bad_values(&diagnosis) else {
                 return false;
             };
-            let off = (number(&one["expected"]) - good).abs();
-            let is_value = (number(&one["value"]) / wrong(good) - 1.0).abs() < 1e-12;
+            let off = (one["expected"].number() - good).abs();
+            let is_value = (one["value"].number() / wrong(good) - 1.0).abs() < 1e-12;
             one["lines"] == json!([row + 2])
                 && is_value
-                && off < 6.0 * number(&one["standard_error"])
+                && off < 6.0 * one["standard_error"].number()
         })
         .count()
 }
@@ -188,7 +189,7 @@ fn a_joint_that_counts_the_other_way_is_suspected() {
         let diagnosis = robot.diagnose(&counted);
         let expected = json!({"pose": null, "component": null, "factor": -1.0, "joint": joint});
         assert_eq!(diagnosis["wrong_factor"], expected, "seed {seed}");
-        let grade = diagnosis["grade"].as_str().unwrap();
+        let grade = diagnosis["grade"].word();
         assert!(!["is", "nothing"].contains(&grade), "seed {seed}: {grade}");
         assert_eq!(robot.diagnose(&table)["wrong_factor"], Value::Null);
     }
@@ -233,8 +234,8 @@ fn both_commands_give_one_error_in_poses_left_out() {
         let table = simulated(&robot, &LACKING, repeats, 3);
         let diagnosis = robot.diagnose(&table);
         let names = names(&diagnosis);
-        let unseen = |options: &str| number(&robot.fit(&table, options)["rms"]["unseen_um"]);
-        let said = |state: &str| number(&diagnosis[state]["held_out_rms_um"]);
+        let unseen = |options: &str| robot.fit(&table, options)["rms"]["unseen_um"].number();
+        let said = |state: &str| diagnosis[state]["held_out_rms_um"].number();
         let before = unseen("");
         // What is found is a parameter of a fit too: the fit must say of it what the diagnosis says.
         assert!(names.iter().all(|name| !name.contains('@')), "{names:?}");
@@ -262,11 +263,11 @@ fn forces_with_the_wrong_sign_leave_what_the_fit_leaves() {
     }
     let diagnosis = robot.diagnose(&table);
     assert_eq!(diagnosis["verdict"], "unknown");
-    let factors = list(&diagnosis["factors"]);
+    let factors = diagnosis["factors"].list();
     assert!(
         factors
             .iter()
-            .all(|one| number(&one["before"]["value"]) >= 0.0),
+            .all(|one| one["before"]["value"].number() >= 0.0),
         "{}",
         diagnosis["factors"]
     );
@@ -284,15 +285,15 @@ fn errors_of_held_out_poses_are_over_those_poses() {
     let fit = robot.fit(&table, &format!("--train {}", trained.join(",")));
     // Of components, root mean square errors over some poses; rigid: nothing moves, so that the error is the reading itself.
     let rms = |poses: &[&str], is_rigid: bool| {
-        let components = list(&fit["components"]).iter();
-        let own = components.filter(|one| poses.contains(&one["pose"].as_str().unwrap()));
+        let components = fit["components"].list().iter();
+        let own = components.filter(|one| poses.contains(&one["pose"].word()));
         let error = |one: &Value| {
             let predicted = if is_rigid {
                 0.0
             } else {
-                number(&one["predicted"])
+                one["predicted"].number()
             };
-            number(&one["measured"]) - predicted
+            one["measured"].number() - predicted
         };
         let squares: Vec<f64> = own.map(|one| error(one).powi(2)).collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
@@ -302,7 +303,7 @@ fn errors_of_held_out_poses_are_over_those_poses() {
         ("fitted_um", rms(trained, false)),
         ("unseen_um", rms(held_out, false)),
     ] {
-        let said = number(&fit["rms"][state]);
+        let said = fit["rms"][state].number();
         assert!(
             (said / expected - 1.0).abs() < 1e-9,
             "{state}: {said} {expected}"
@@ -310,16 +311,16 @@ fn errors_of_held_out_poses_are_over_those_poses() {
     }
     // The same of the rigid robot over either set of poses, as the errors of the poses have it.
     for set in [trained, held_out] {
-        let own = list(&fit["poses"]).iter();
-        let own = own.filter(|one| set.contains(&one["pose"].as_str().unwrap()));
-        let squares: Vec<f64> = own.map(|one| number(&one["rigid_um"]).powi(2)).collect();
+        let own = fit["poses"].list().iter();
+        let own = own.filter(|one| set.contains(&one["pose"].word()));
+        let squares: Vec<f64> = own.map(|one| one["rigid_um"].number().powi(2)).collect();
         let said = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         assert!((said / rms(set, true) - 1.0).abs() < 1e-9);
     }
-    let out = list(&fit["components"]).iter();
+    let out = fit["components"].list().iter();
     let out: BTreeSet<&str> = out
         .filter(|one| one["held_out"] == true)
-        .map(|one| one["pose"].as_str().unwrap())
+        .map(|one| one["pose"].word())
         .collect();
     assert_eq!(out, held_out.iter().copied().collect());
 }
@@ -337,11 +338,11 @@ fn a_plan_begins_at_the_standard_errors_of_the_fit() {
     }
     let fit = robot.fit(&table, "");
     let mut compared = 0;
-    for planned in list(&fit["next"][0]["errors"]) {
-        let name = planned["name"].as_str().unwrap();
-        let estimate = parameter(&fit, name);
+    for planned in fit["next"][0]["errors"].list() {
+        let name = planned["name"].word();
+        let estimate = fit["parameters"].named(name);
         if let (Some(own), true) = (estimate["se"].as_f64(), estimate["status"] == "free") {
-            let [now, then] = ["now", "then"].map(|state| number(&planned[state]));
+            let [now, then] = ["now", "then"].map(|state| planned[state].number());
             assert!((now / own - 1.0).abs() < 1e-6, "{name}: {now} and {own}");
             assert!(then <= now, "{name}: {now} to {then}");
             compared += 1;
@@ -377,10 +378,10 @@ fn sizes_are_possible_and_lie_in_their_intervals() {
             table.set(row, "force_z_N", &(z + lean * y));
         }
         let diagnosis = robot.diagnose(&table);
-        let findings = list(&diagnosis["findings"]);
+        let findings = diagnosis["findings"].list();
         for finding in findings {
             for size in finding["parameters"].as_object().unwrap().values() {
-                let value = number(&size["value"]);
+                let value = size["value"].number();
                 if let Some([low, high]) = interval(&size["ci95"]) {
                     assert!(low <= value && value <= high, "{what}: {finding}");
                 }

@@ -6,7 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
 
 use super::arm::{MODEL, called_wrong, data_findings, screened, session, session_of};
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 const PROCEDURE: &str = "load-hold-unload";
 
@@ -69,7 +70,7 @@ impl Noise {
 fn named(diagnosis: &Value) -> Vec<u64> {
     let found = data_findings(diagnosis).iter();
     let mut lines: Vec<u64> = found
-        .flat_map(|one| list(&one["lines"]))
+        .flat_map(|one| one["lines"].list())
         .map(|line| line.as_u64().unwrap())
         .collect();
     lines.sort_unstable();
@@ -101,8 +102,8 @@ fn a_reading_that_is_off_is_named_with_what_it_should_have_been() {
                 "noise {number_of}, seed {seed}: {bad}"
             );
             assert_eq!(named(&found), [line(row)]);
-            let off_um = number(&bad["expected"]) - good.number(row, "displacement_um");
-            let error = off_um / number(&bad["standard_error"]);
+            let off_um = bad["expected"].number() - good.number(row, "displacement_um");
+            let error = off_um / bad["standard_error"].number();
             assert!(error.abs() < 5.0, "{error} standard errors");
             assert_eq!(found["readings"], good.len() - 1);
         }
@@ -161,7 +162,7 @@ fn two_slips_of_the_pen_in_one_run_are_both_found() {
         .zip([("sign", -1.0), ("decimal-point", 0.1)])
     {
         assert_eq!(one["kind"], kind);
-        let off = number(&one["value"]) / number(&one["expected"]) / factor - 1.0;
+        let off = one["value"].number() / one["expected"].number() / factor - 1.0;
         assert!(off.abs() < 0.1, "{one}");
     }
 }
@@ -210,7 +211,7 @@ fn with_fewer_than_three_repeats_the_neighbours_are_asked() {
                 panic!("{count} repeats, {effects:?}: {:?}", data_findings(&found));
             };
             assert_eq!(named(&found), [line(middle)]);
-            let expected_um = number(&bad["expected"]);
+            let expected_um = bad["expected"].number();
             assert!((expected_um - good.number(middle, "displacement_um")).abs() < 15.0);
             // What the last step shows may be physics.
             let last = off(*loading.last().unwrap());

@@ -3,7 +3,8 @@
 use serde_json::json;
 
 use super::arm::{called_wrong, data_findings, scaled, screened, session};
-use super::tables::{Table, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 const PROCEDURE: &str = "load-hold-unload";
 
@@ -38,7 +39,7 @@ fn a_run_with_another_scale_is_named_with_what_it_should_have_been() {
         assert_eq!(bad["lines"], json!(Table::lines(run.clone())));
         // What was read is what was expected times the factor, within the scatter of slopes.
         let [value, expected, u] =
-            ["value", "expected", "standard_error"].map(|key| number(&bad[key]));
+            ["value", "expected", "standard_error"].map(|key| bad[key].number());
         let off = (value / factor - expected).abs() * factor.abs();
         assert!(off < 5.0 * u.max(u * factor.abs()), "{bad}");
         assert_eq!(found["readings"], good.len() - run.len());

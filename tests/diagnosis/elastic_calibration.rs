@@ -6,9 +6,9 @@ use serde_json::Value;
 use stiffbench::robot::GRAVITY_M_PER_S2;
 use stiffbench_test_files::text;
 
-use super::load_cases::parameter;
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 /// SciPy fits the same positions with kinematics of its own; its estimates in the deflected pose differ by a share of a standard error.
 #[test]
@@ -29,11 +29,11 @@ fn springs_and_frames_are_those_of_scipy() {
             let axis = || "xyz".find(name.chars().last().unwrap()).unwrap();
             let (value, error) = match name.split_once('.') {
                 Some(("joint", _)) => {
-                    let one = parameter(&fit, name);
-                    (number(&one["value"]), one["se"].as_f64())
+                    let one = fit["parameters"].named(name);
+                    (one["value"].number(), one["se"].as_f64())
                 }
                 Some(("base_frame", rotation)) if rotation.starts_with('r') => {
-                    let degrees = number(&frames["rotation_vector_deg"][axis()]);
+                    let degrees = frames["rotation_vector_deg"][axis()].number();
                     (degrees.to_radians(), None)
                 }
                 Some((of, _)) => {
@@ -42,13 +42,13 @@ fn springs_and_frames_are_those_of_scipy() {
                     } else {
                         "tool_point_mm"
                     };
-                    let known = parameter(frames, name);
+                    let known = frames["parameters"].named(name);
                     assert_eq!(known["unit"], "um");
                     let se = known["se"].as_f64().map(|um| 1e-6 * um);
-                    (1e-3 * number(&frames[own][axis()]), se)
+                    (1e-3 * frames[own][axis()].number(), se)
                 }
-                None if name == "scatter" => (1e-6 * number(&fit["displacement_sd_um"]), None),
-                None => (1e-6 * number(&fit["rms"]["before_um"]), None),
+                None if name == "scatter" => (1e-6 * fit["displacement_sd_um"].number(), None),
+                None => (1e-6 * fit["rms"]["before_um"].number(), None),
             };
             let off = (value - expected.number(row, "value")).abs();
             let off = off / standard_error.unwrap_or(2e-6);
@@ -64,15 +64,15 @@ fn springs_and_frames_are_those_of_scipy() {
             }
         }
         assert_eq!(seen, if data == "weight" { 11 } else { 12 });
-        let first = parameter(&fit, "joint.J1");
+        let first = fit["parameters"].named("joint.J1");
         let words = first["words"].as_str().unwrap_or_default();
         assert_eq!(
             first["status"] == "not_identified" && words.contains("100 N along"),
             data == "weight",
             "{first}"
         );
-        let [fitted, unseen] = ["fitted_um", "unseen_um"].map(|state| number(&fit["rms"][state]));
-        let rigid = number(&frames["rigid_unseen_um"]);
+        let [fitted, unseen] = ["fitted_um", "unseen_um"].map(|state| fit["rms"][state].number());
+        let rigid = frames["rigid_unseen_um"].number();
         assert!(
             fitted < 22.0 && unseen < 25.0 && rigid > 500.0,
             "{unseen} {rigid}"
@@ -130,7 +130,7 @@ fn one_level_axis_droops_by_its_closed_form() {
         writeln!(rows, "{a},{b},{d},{x:.9},{y:.9},{z:.9}").unwrap();
     }
     let json = arm.json(&Table::parse(&rows), "fit");
-    let spring = |json: &Value| number(&parameter(&json["data"], "joint.J2")["value"]);
+    let spring = |json: &Value| json["data"]["parameters"].named("joint.J2")["value"].number();
     let found = spring(&json);
     assert!((found / c - 1.0).abs() < 1e-6, "{found}");
     let frames = &json["data"]["frames"];
@@ -138,15 +138,15 @@ fn one_level_axis_droops_by_its_closed_form() {
         ("base_mm", [1000.0, 2000.0, 3000.0]),
         ("tool_point_mm", [0.0, 0.0, 20.0]),
     ] {
-        for (found, expected) in list(&frames[key]).iter().zip(expected) {
-            assert!((number(found) - expected).abs() < 1e-5, "{frames}");
+        for (found, expected) in frames[key].list().iter().zip(expected) {
+            assert!((found.number() - expected).abs() < 1e-5, "{frames}");
         }
     }
     // The drum standing still would be another arm.
     let still = rows.replace("joint_drum_deg", "note");
     let json = arm.json(&Table::parse(&still), "fit");
-    let mut warnings = list(&json["warnings"]).iter();
-    assert!(warnings.any(|words| words.as_str().unwrap().contains("drum")));
+    let mut warnings = json["warnings"].list().iter();
+    assert!(warnings.any(|words| words.word().contains("drum")));
     let wrong = spring(&json);
     assert!((wrong / c - 1.0).abs() > 1e-3, "{wrong}");
 }
@@ -156,6 +156,6 @@ fn too_few_positions_are_refused() {
     let arm = RobotFile::new(TWO_LEVEL);
     let rows = "joint_J1_deg,joint_J2_deg,position_x_mm,position_y_mm,position_z_mm\n0,0,1,2,3\n10,20,2,3,4\n20,30,,1,2\n30,40,3,,4\n";
     let error = Table::parse(rows).refusal("fit", &arm.option());
-    let error = error["error"]["message"].as_str().unwrap();
+    let error = error["error"]["message"].word();
     assert!(error.contains("2 poses") && error.contains('4'), "{error}");
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use super::tables::Table;
+use crate::support::tables::Table;
 
 /// How often the memory of the program is looked at.
 const LOOK: Duration = Duration::from_millis(5);

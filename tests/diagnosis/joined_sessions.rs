@@ -3,19 +3,20 @@
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::tables::{Table, json, list, number};
+use crate::support::Json;
+use crate::support::tables::{Table, json};
 
 const TRUTH: f64 = 3e-6;
 
 /// Size of the spring of joint S2 that is found, and half its 95 % interval.
 fn size(diagnosis: &Value) -> (f64, f64) {
-    let mut findings = list(&diagnosis["findings"]).iter();
+    let mut findings = diagnosis["findings"].list().iter();
     let own = findings.find(|one| one["place"]["joint"] == "S2");
     let own = own.unwrap_or_else(|| panic!("{}", diagnosis["headline"]));
     let size = own["parameters"].as_object().unwrap().values().next();
     let size = size.unwrap();
-    let [low, high] = [0, 1].map(|end| number(&size["ci95"][end]));
-    (number(&size["value"]), 0.5 * (high - low))
+    let [low, high] = [0, 1].map(|end| size["ci95"][end].number());
+    (size["value"].number(), 0.5 * (high - low))
 }
 
 #[test]
@@ -47,7 +48,7 @@ fn together_two_sessions_determine_an_effect_better_than_each() {
         each.iter().all(|alone| half < 0.98 * alone),
         "{half} {each:?}"
     );
-    let sd = |session: usize| number(&both["sessions"][session]["reading_sd_um"]);
+    let sd = |session: usize| both["sessions"][session]["reading_sd_um"].number();
     assert!((2.5..3.8).contains(&sd(0)), "{}", sd(0));
     assert!((8.0..10.5).contains(&sd(1)), "{}", sd(1));
 }

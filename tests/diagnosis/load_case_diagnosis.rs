@@ -4,9 +4,10 @@ use serde_json::json;
 use stiffbench::statistics::binomial_interval_95;
 use stiffbench_test_files::text;
 
-use super::load_cases::{SPRINGS, TRACKER, interval, name, names, parameter};
+use super::load_cases::{SPRINGS, TRACKER, interval, name, names};
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 fn simulated(robot: &RobotFile, count: usize, further: &[(&str, f64)], seed: u64) -> Table {
     let options = format!("--load-cases {count} --loads-n 800 --repeats 1 {TRACKER}");
@@ -17,23 +18,23 @@ fn simulated(robot: &RobotFile, count: usize, further: &[(&str, f64)], seed: u64
 fn a_real_robot_gives_across_its_axes_and_not_in_its_set_up() {
     let table = Table::parse(text("data/load-cases/fanuc-r2000ic/readings.csv"));
     let diagnosis = RobotFile::fanuc().diagnose(&table);
-    let verdict = diagnosis["verdict"].as_str().unwrap();
+    let verdict = diagnosis["verdict"].word();
     assert!(
         ["explained", "ambiguous", "unknown"].contains(&verdict),
         "{verdict}"
     );
-    let findings = list(&diagnosis["findings"]);
+    let findings = diagnosis["findings"].list();
     assert!(!findings.is_empty());
     for finding in findings {
         assert_eq!(finding["kind"], "physics", "{finding}");
-        assert!(number(&finding["standard_errors"]) > 4.0, "{finding}");
+        assert!(finding["standard_errors"].number() > 4.0, "{finding}");
     }
     let names = names(&diagnosis);
     assert!(
         names.iter().any(|name| name.starts_with("joint.J3.")),
         "{names:?}"
     );
-    let unseen = |state: &str| number(&diagnosis[state]["held_out_rms_um"]);
+    let unseen = |state: &str| diagnosis[state]["held_out_rms_um"].number();
     let (before, after) = (unseen("before"), unseen("after"));
     // A fit has 233.9: it gives the same weight to all axes, a diagnosis that of the scatter along each.
     assert!((before - 234.0).abs() < 3.0, "{before}");
@@ -49,17 +50,17 @@ fn a_spring_across_an_axis_is_named_with_its_size() {
         ("tool.y", 0.5e-6, 3),
     ] {
         let diagnosis = robot.diagnose(&simulated(&robot, 43, &[(spring, compliance)], seed));
-        let [finding] = list(&diagnosis["findings"]) else {
+        let [finding] = diagnosis["findings"].list() else {
             panic!("{spring}: {}", diagnosis["findings"]);
         };
         assert_eq!(name(finding), spring, "{finding}");
         let size = &finding["parameters"]["c"];
         let [low, high] = interval(&size["ci95"]).unwrap();
         // Twice the interval: four standard errors.
-        let off = (number(&size["value"]) - compliance).abs() / (0.5 * (high - low));
+        let off = (size["value"].number() - compliance).abs() / (0.5 * (high - low));
         assert!(off < 2.0, "{spring}: {size}");
         // Without repeats the scatter is estimated from the residuals of the fit, and no name stands without reservation.
-        let grade = diagnosis["grade"].as_str().unwrap();
+        let grade = diagnosis["grade"].word();
         assert!(["mostly", "weak"].contains(&grade), "{spring}: {grade}");
         assert_eq!(diagnosis["noise"]["source"], "fit");
     }
@@ -75,7 +76,7 @@ fn a_gauge_that_reads_too_much_is_named_with_its_error() {
             table.change(row, "displacement_x_um", |read| 1.15 * read);
         }
         let diagnosis = robot.diagnose(&table);
-        let [finding] = list(&diagnosis["findings"]) else {
+        let [finding] = diagnosis["findings"].list() else {
             panic!("{seed}: {}", diagnosis["findings"]);
         };
         assert_eq!(finding["physics"], "gauge-scale", "{finding}");
@@ -83,7 +84,7 @@ fn a_gauge_that_reads_too_much_is_named_with_its_error() {
         assert_eq!(finding["place"], place);
         let size = finding["parameters"].as_object().unwrap().values().next();
         let size = size.unwrap();
-        let value = number(&size["value"]);
+        let value = size["value"].number();
         assert!((value - 0.15).abs() < 0.01, "{seed}: {value}");
         let [low, high] = interval(&size["ci95"]).unwrap();
         held += usize::from((low..=high).contains(&0.15));
@@ -155,12 +156,12 @@ fn coverage(sets: u64) -> (Vec<f64>, usize) {
     for seed in 0..sets {
         let fit = robot.fit(&simulated(&robot, 18, &[], 5000 + seed), "");
         for (joint, (share, expected)) in held.iter_mut().zip(SPRINGS).enumerate() {
-            let estimate = parameter(&fit, &format!("joint.J{}", joint + 1));
+            let estimate = fit["parameters"].named(&format!("joint.J{}", joint + 1));
             let holds = interval(&estimate["ci95"])
                 .is_some_and(|[low, high]| (low..=high).contains(&expected));
             *share += u32::from(holds);
             // Three percent, or four times the standard error: the Cramér-Rao bound of a linear model with normal errors.
-            let error = (number(&estimate["value"]) - expected).abs();
+            let error = (estimate["value"].number() - expected).abs();
             let allowed = (0.03 * expected).max(4.0 * estimate["se"].as_f64().unwrap_or(0.0));
             outside += usize::from(error > allowed);
         }

@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 
 use stiffbench_test_files::text;
 
-use super::load_cases::{DISPLACEMENTS, FORCES, SPRINGS, interval, parameter};
+use super::load_cases::{DISPLACEMENTS, FORCES, SPRINGS, interval};
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 
 /// Compliance and standard error of each joint, µrad/(N·m): ordinary least squares by NumPy on J (Jᵀ F), from the DH table.
 const FANUC: [(f64, f64); 6] = [
@@ -33,8 +34,8 @@ fn a_real_robot_gives_the_springs_that_numpy_gives() {
     let fit = RobotFile::fanuc().fit(&measured(), "");
     for (place, (compliance, error)) in FANUC.into_iter().enumerate() {
         let name = joint(place);
-        let estimate = parameter(&fit, &name);
-        let [value, se] = ["value", "se"].map(|key| number(&estimate[key]));
+        let estimate = fit["parameters"].named(&name);
+        let [value, se] = ["value", "se"].map(|key| estimate[key].number());
         let difference = (1e6 * value - compliance) / error;
         assert!(
             difference.abs() < 0.1,
@@ -53,7 +54,7 @@ fn a_real_robot_gives_the_springs_that_numpy_gives() {
         assert_eq!(estimate["status"], "free");
     }
     let [before, fitted, unseen] =
-        ["before_um", "fitted_um", "unseen_um"].map(|state| number(&fit["rms"][state]));
+        ["before_um", "fitted_um", "unseen_um"].map(|state| fit["rms"][state].number());
     assert!((before - 996.0).abs() < 1.0, "{before}");
     assert!((unseen - 234.0).abs() < 1.0, "{unseen}");
     assert!(fitted < unseen);
@@ -61,7 +62,7 @@ fn a_real_robot_gives_the_springs_that_numpy_gives() {
     for (key, expected) in [("dof", 123), ("rank", 6), ("free", 6)] {
         assert_eq!(fit[key], expected, "{key}");
     }
-    assert!((number(&fit["condition"]) - 3.49).abs() < 0.01);
+    assert!((fit["condition"].number() - 3.49).abs() < 0.01);
 }
 
 /// Joints of the arm in one pose, from the modified DH table alone: a point and the direction of each axis; the axes of the flange, row by
@@ -138,13 +139,13 @@ fn predictions_are_those_of_the_jacobian() {
     let table = measured();
     let fit = RobotFile::fanuc().fit(&table, "");
     let compliances: Vec<f64> = (0..6)
-        .map(|place| number(&parameter(&fit, &joint(place))["value"]))
+        .map(|place| fit["parameters"].named(&joint(place))["value"].number())
         .collect();
-    let mut components = list(&fit["components"]).iter();
+    let mut components = fit["components"].list().iter();
     for row in 0..table.len() {
         let force = FORCES.map(|column| table.number(row, column));
         for expected in Arm::of_row(&table, row).motion(force, &compliances) {
-            let found = 1e-6 * number(&components.next().unwrap()["predicted"]);
+            let found = 1e-6 * components.next().unwrap()["predicted"].number();
             assert!(
                 (found - expected).abs() < 2e-9,
                 "row {row}: {found} {expected}"
@@ -203,20 +204,20 @@ fn known_springs_are_found_from_repeats_with_their_scatter() {
     let noisy = robot.fit(&simulated(&POSES, 8.0, 4), "");
     for (place, expected) in SPRINGS.into_iter().enumerate() {
         let name = joint(place);
-        let value = number(&parameter(&found, &name)["value"]);
+        let value = found["parameters"].named(&name)["value"].number();
         // Links a million times stiffer than the springs leave six digits.
         assert!((value / expected - 1.0).abs() < 1e-5, "{name}: {value}");
-        let estimate = parameter(&noisy, &name);
-        let off = (number(&estimate["value"]) - expected) / number(&estimate["se"]);
+        let estimate = noisy["parameters"].named(&name);
+        let off = (estimate["value"].number() - expected) / estimate["se"].number();
         assert!(off.abs() < 4.0, "{name}: {off} standard errors off");
     }
     assert_eq!(noisy["weights"]["basis"], "pooled");
     // Four repeats of 36 components have 108 degrees of freedom, less what tells the scatter of the load from that of readings.
-    let dof = number(&noisy["weights"]["dof"]);
+    let dof = noisy["weights"]["dof"].number();
     assert!((70.0..109.0).contains(&dof), "{dof}");
-    let sd = number(&noisy["displacement_sd_um"]);
+    let sd = noisy["displacement_sd_um"].number();
     assert!((sd / 8.0 - 1.0).abs() < 0.3, "{sd}");
-    assert!(number(&noisy["p"]) > 1e-3);
+    assert!(noisy["p"].number() > 1e-3);
 }
 
 #[test]
@@ -228,10 +229,10 @@ fn a_spring_that_a_pose_does_not_load_is_named() {
     }
     let two = "--parameter beam.A,beam.Iy,beam.Iz,beam.J=fixed --parameter joint.J1,joint.J2=free";
     let fit = RobotFile::fanuc().fit(&lifted, two);
-    let first = parameter(&fit, "joint.J1");
+    let first = fit["parameters"].named("joint.J1");
     assert_eq!(first["status"], "not_identified");
-    let words = first["words"].as_str().unwrap();
-    assert!(words.contains("no load"), "{words}");
+    let words = first["words"].word();
+    words.must_contain(&["no load"]);
 }
 
 #[test]
@@ -251,12 +252,13 @@ fn components_along_the_axes_of_the_tool_say_the_same() {
         }
     }
     let [base, tool] = [&table, &turned].map(|table| robot.fit(table, ""));
-    for (a, b) in list(&base["parameters"])
+    for (a, b) in base["parameters"]
+        .list()
         .iter()
-        .zip(list(&tool["parameters"]))
+        .zip(tool["parameters"].list())
     {
         assert_eq!(a["name"], b["name"]);
-        let [own, other] = [a, b].map(|one| number(&one["value"]));
+        let [own, other] = [a, b].map(|one| one["value"].number());
         assert!(
             (own - other).abs() <= 1e-8 * own.abs(),
             "{}: {own} and {other}",
@@ -273,7 +275,8 @@ fn a_beam_and_a_spring_are_fitted_together() {
     let table = Table::simulated(&options, &[]);
     let free = "--parameter beam.A,beam.Iz,beam.J=fixed --parameter joint.S3=free";
     let fit = table.data("fit", &format!("{model} {free}"));
-    let [iy, spring] = ["beam.Iy", "joint.S3"].map(|name| number(&parameter(&fit, name)["value"]));
+    let [iy, spring] =
+        ["beam.Iy", "joint.S3"].map(|name| fit["parameters"].named(name)["value"].number());
     assert!((iy - 0.6).abs() < 1e-5, "{iy}");
     assert!((spring / 8e-6 - 1.0).abs() < 1e-4, "{spring}");
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::tables::{list, number};
+use crate::support::Json;
 
 /// Springs about the axes of an arm of the size of the FANUC, rad/(N·m).
 pub(super) const SPRINGS: [f64; 6] = [1.2e-6, 0.4e-6, 0.6e-6, 3e-6, 2.4e-6, 5e-6];
@@ -20,29 +20,22 @@ pub(super) const DISPLACEMENTS: [&str; 3] = [
 /// The names of the three forces.
 pub(super) const FORCES: [&str; 3] = ["force_x_N", "force_y_N", "force_z_N"];
 
-/// A parameter of a fit, by its name.
-pub(super) fn parameter<'f>(fit: &'f Value, name: &str) -> &'f Value {
-    let mut parameters = list(&fit["parameters"]).iter();
-    let found = parameters.find(|one| one["name"] == name);
-    found.unwrap_or_else(|| panic!("there is no {name}"))
-}
-
 /// The ends of an interval; `None` if there is none.
 pub(super) fn interval(value: &Value) -> Option<[f64; 2]> {
     let ends = value.as_array()?;
-    Some([number(&ends[0]), number(&ends[1])])
+    Some([ends[0].number(), ends[1].number()])
 }
 
 /// Names of the findings of a diagnosis: of springs those of the parameters, else law and place.
 pub(super) fn names(diagnosis: &Value) -> Vec<String> {
-    list(&diagnosis["findings"]).iter().map(name).collect()
+    diagnosis["findings"].list().iter().map(name).collect()
 }
 
 /// The name of a finding.
 pub(super) fn name(finding: &Value) -> String {
     let place = &finding["place"];
     let word = |key: &str| place[key].as_str().unwrap_or_default();
-    match finding["physics"].as_str().unwrap() {
+    match finding["physics"].word() {
         "joint-tilt-compliance" => format!("joint.{}.{}", word("joint"), word("axis")),
         "tool-compliance" => format!("tool.{}", word("tool")),
         "base-compliance" => format!("base.r{}", word("axis")),

@@ -10,7 +10,8 @@ use stiffbench_test_files::text;
 
 use super::arm::{diagnosis, session, session_on};
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::tables::Table;
+use crate::support::{Json, Words};
 
 /// Of a play, in the readings of `load-hold-unload`.
 const PLAY: &str = "joint-backlash@S2:play=3.098394urad,seat_moment=3N*m";
@@ -200,17 +201,15 @@ fn file_mistakes() -> [(&'static str, Value, String, f64); 4] {
 
 /// Laws of the findings.
 fn laws(diagnosis: &Value) -> Vec<&str> {
-    let findings = list(&diagnosis["findings"]).iter();
-    findings
-        .map(|one| one["physics"].as_str().unwrap())
-        .collect()
+    let findings = diagnosis["findings"].list().iter();
+    findings.map(|one| one["physics"].word()).collect()
 }
 
 /// The law is named at its place with its size, and what is left is noise.
 fn assert_named(table: &Table, law: &str, place: &Value, true_size: f64) {
     let diagnosis = diagnosis(table, "");
-    let verdict = diagnosis["verdict"].as_str().unwrap();
-    let findings = list(&diagnosis["findings"]);
+    let verdict = diagnosis["verdict"].word();
+    let findings = diagnosis["findings"].list();
     let right = findings
         .iter()
         .find(|one| one["physics"] == law && one["place"] == *place);
@@ -226,9 +225,9 @@ fn assert_named(table: &Table, law: &str, place: &Value, true_size: f64) {
         size["ci95"].as_array(),
         ["creep", "joint-friction"].contains(&law),
     ) {
-        let value = number(&size["value"]);
+        let value = size["value"].number();
         // An end of the interval may be cut at zero.
-        let ends = ends.iter().map(|end| (number(end) - value).abs());
+        let ends = ends.iter().map(|end| (end.number() - value).abs());
         let u = ends.fold(0.0, f64::max) / 1.96;
         assert!(
             (value - true_size).abs() < 4.5 * u + 0.05 * true_size.abs(),
@@ -236,7 +235,7 @@ fn assert_named(table: &Table, law: &str, place: &Value, true_size: f64) {
         );
     }
     let [before, after] =
-        ["before", "after"].map(|state| number(&diagnosis[state]["reduced_chi2"]));
+        ["before", "after"].map(|state| diagnosis[state]["reduced_chi2"].number());
     assert!((0.85..1.15).contains(&after), "{law}: {before} {after}");
 }
 
@@ -272,7 +271,7 @@ fn a_base_that_rocks_about_a_horizontal_axis_is_named_where_z_is_up() {
         let table = Table::simulated(&options, &[effect]);
         let diagnosis = table.data("diagnose", &format!("{} {free}", robot.option()));
         let hidden = (&json!("base-compliance"), &json!({"axis": axis}));
-        let mut findings = list(&diagnosis["findings"]).iter();
+        let mut findings = diagnosis["findings"].list().iter();
         assert!(
             findings.any(|one| (&one["physics"], &one["place"]) == hidden),
             "{axis}: {}",
@@ -323,7 +322,8 @@ fn a_room_that_swings_is_unknown_and_its_period_is_named() {
     }
     let diagnosis = diagnosis(&table, "");
     assert_eq!(diagnosis["verdict"], "unknown", "{}", diagnosis["headline"]);
-    let periods: Vec<f64> = list(&diagnosis["where"])
+    let periods: Vec<f64> = diagnosis["where"]
+        .list()
         .iter()
         .filter_map(|place| place["period_s"].as_f64())
         .collect();
@@ -337,8 +337,8 @@ fn a_room_that_swings_is_unknown_and_its_period_is_named() {
 fn one_repeat_is_too_little() {
     let diagnosis = diagnosis(&session("sweeps", &[], 9).repeats(1), "");
     assert_eq!(diagnosis["verdict"], "insufficient-data");
-    let lacking = diagnosis["lacking"][0].as_str().unwrap();
-    assert!(lacking.contains("repeat"), "{lacking}");
+    let lacking = diagnosis["lacking"][0].word();
+    lacking.must_contain(&["repeat"]);
 }
 
 #[test]

@@ -14,7 +14,6 @@ mod mismatch_verdicts;
 mod position_coverage;
 mod robots;
 mod six_springs;
-mod tables;
 mod vector_coverage;
 mod without_repeats;
 mod wrong_cells;

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use serde_json::Value;
 use stiffbench_test_files::text;
 
-use super::load_cases::{interval, parameter};
+use super::load_cases::interval;
 use super::robots::RobotFile;
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 /// Compliances of the six joints, rad/(N·m).
 const TRUE: [f64; 6] = [1.2e-6, 0.8e-6, 1.1e-6, 3e-6, 3.5e-6, 6e-6];
@@ -67,7 +68,7 @@ fn springs_of(fit: &Value) -> impl Iterator<Item = Known> {
     let joints = TRUE.into_iter().enumerate();
     joints.filter_map(|(joint, truth)| {
         let name = format!("joint.J{}", joint + 1);
-        let estimate = parameter(fit, &name);
+        let estimate = fit["parameters"].named(&name);
         let is_open = estimate["status"] == "not_identified";
         assert_eq!(is_open, joint == 0, "{estimate}");
         let [low, high] = interval(&estimate["ci95"]).filter(|_| !is_open)?;
@@ -81,7 +82,7 @@ fn springs_of(fit: &Value) -> impl Iterator<Item = Known> {
 
 /// Three numbers.
 fn vector(value: &Value) -> [f64; 3] {
-    [0, 1, 2].map(|axis| number(&value[axis]))
+    [0, 1, 2].map(|axis| value[axis].number())
 }
 
 /// The rotation about a vector by its length, in degrees (Rodrigues).
@@ -101,7 +102,7 @@ fn rotation(degrees: [f64; 3]) -> [[f64; 3]; 3] {
 /// Base frame, its rotation by the small rotation between the fitted and the true, and tool point; µm and µrad.
 fn frames_of(fit: &Value, truth: &Value) -> impl Iterator<Item = Known> {
     let fitted = &fit["frames"];
-    let rows = list(&fitted["rotation"]);
+    let rows = fitted["rotation"].list();
     let (a, b) = (
         [0, 1, 2].map(|i| vector(&rows[i])),
         rotation(vector(&truth["rotation_vector_deg"])),
@@ -114,7 +115,7 @@ fn frames_of(fit: &Value, truth: &Value) -> impl Iterator<Item = Known> {
         [0, 1, 2].map(|i| 1e3 * (a[i] - b[i]))
     };
     let errors = [less("base_mm"), turn, less("tool_point_mm")];
-    let known = list(&fitted["parameters"]).iter();
+    let known = fitted["parameters"].list().iter();
     let known: Vec<Known> = known
         .zip(errors.as_flattened())
         .filter_map(|(parameter, error)| {

@@ -5,7 +5,7 @@ use stiffbench_test_files::text;
 use tempfile::TempDir;
 
 use super::load_cases::SPRINGS;
-use super::tables::Table;
+use crate::support::tables::Table;
 
 /// A robot file in a folder of its own.
 #[derive(Debug)]

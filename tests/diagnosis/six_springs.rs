@@ -10,9 +10,10 @@ use stiffbench::statistics::binomial_interval_95;
 use stiffbench_test_files::text;
 use tempfile::TempDir;
 
-use super::load_cases::{interval, parameter};
+use super::load_cases::interval;
 use super::robots::RobotFile;
-use super::tables::{Table, json, list, number};
+use crate::support::Json;
+use crate::support::tables::{Table, json};
 
 /// Compliances of the six joints, rad/(N·m).
 const TRUE: [f64; 6] = [5e-6, 4e-6, 6e-6, 2e-5, 2.5e-5, 4e-5];
@@ -74,10 +75,10 @@ impl Bench {
             ),
             &[],
         );
-        let determined = list(&plan["data"]["determines"]);
+        let determined = plan["data"]["determines"].list();
         let limits = std::array::from_fn(|place| {
             assert_eq!(determined[place]["name"], spring(place));
-            number(&determined[place]["se"]) / TRUE[place]
+            determined[place]["se"].number() / TRUE[place]
         });
         Self {
             robot: RobotFile::new(&robot),
@@ -114,15 +115,15 @@ impl Bench {
     fn session(&self, seed: u64) -> Estimated {
         let fit = self.data("fit", TRUE, PLANNED_NOISE, seed);
         std::array::from_fn(|place| {
-            let estimate = parameter(&fit, &spring(place));
-            let islands = list(&estimate["islands"]).iter();
+            let estimate = fit["parameters"].named(&spring(place));
+            let islands = estimate["islands"].list().iter();
             let mut parts: Vec<[f64; 2]> = islands.filter_map(interval).collect();
             if parts.is_empty() {
                 parts.extend(interval(&estimate["ci95"]));
             }
             let holds = |[low, high]: &[f64; 2]| (*low..=*high).contains(&TRUE[place]);
             let covered = (!parts.is_empty()).then(|| parts.iter().any(holds));
-            (number(&estimate["value"]) / TRUE[place] - 1.0, covered)
+            (estimate["value"].number() / TRUE[place] - 1.0, covered)
         })
     }
 }
@@ -231,7 +232,7 @@ fn a_free_spring_on_which_no_load_acts_is_kept() {
     let model = "--robot franka-panda";
     let table = Table::simulated(&format!("{model} --procedure sweeps"), &[]);
     let diagnosis = table.json("diagnose", model);
-    let kept = list(&diagnosis["warnings"]).iter();
+    let kept = diagnosis["warnings"].list().iter();
     let kept = kept.filter_map(|warning| warning.as_str()?.split_once(" is kept: "));
     let kept: Vec<&str> = kept.map(|(spring, _)| spring).collect();
     assert_eq!(kept, ["joint.panda_joint7"]);

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::tables::{Table, json, list, number};
+use crate::support::Json;
+use crate::support::tables::{Table, json};
 
 /// The robot and mechanism of the bench, with the factors of the file.
 const MODEL: &str = "--robot hp-robot --mechanism A";
@@ -91,12 +92,11 @@ struct Count {
 
 impl Count {
     fn add(&mut self, parameters: &Value, name: &str, truth: f64) {
-        let mut parameters = list(parameters).iter();
-        let one = parameters.find(|one| one["name"] == name).unwrap();
-        let ends = |interval: &Value| [0, 1].map(|end| number(&interval[end]));
+        let one = parameters.named(name);
+        let ends = |interval: &Value| [0, 1].map(|end| interval[end].number());
         if one["ci95"].is_array() {
             let [low, high] = ends(&one["ci95"]);
-            let islands = list(&one["islands"]).iter();
+            let islands = one["islands"].list().iter();
             let mut parts: Vec<[f64; 2]> = islands.map(ends).collect();
             if parts.is_empty() {
                 parts.push([low, high]);

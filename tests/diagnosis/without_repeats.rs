@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::tables::{Table, json, list};
+use crate::support::tables::{Table, json};
+use crate::support::{Json, Words};
 
 /// The diagnosis of a simulated session.
 fn diagnosed(seed: u64, options: &str, effects: &[&str], further: &str) -> Value {
@@ -22,7 +23,7 @@ fn diagnosed(seed: u64, options: &str, effects: &[&str], further: &str) -> Value
 fn grades(diagnoses: impl Iterator<Item = Value>) -> BTreeMap<String, usize> {
     let mut grades = BTreeMap::new();
     for diagnosis in diagnoses {
-        let grade = diagnosis["grade"].as_str().unwrap().to_owned();
+        let grade = diagnosis["grade"].word().to_owned();
         *grades.entry(grade).or_default() += 1;
     }
     grades
@@ -50,13 +51,13 @@ fn a_law_is_named_beside_what_the_fit_leaves_and_never_for_certain() {
         ("creep", "creep@structure:k=8%/decade,t0=5s"),
     ] {
         let diagnosis = diagnosed(7, "--repeats 1", &[effect], "");
-        let findings = list(&diagnosis["findings"]);
+        let findings = diagnosis["findings"].list();
         assert_eq!(findings[0]["physics"], law, "{}", diagnosis["headline"]);
-        let grade = diagnosis["grade"].as_str().unwrap();
+        let grade = diagnosis["grade"].word();
         assert!(["weak", "mostly"].contains(&grade), "{grade}");
         assert_eq!(diagnosis["noise"]["source"], "fit");
-        let headline = diagnosis["headline"].as_str().unwrap();
-        assert!(headline.contains("Nothing was repeated"), "{headline}");
+        let headline = diagnosis["headline"].word();
+        headline.must_contain(&["Nothing was repeated"]);
         assert!(diagnosis["share_of_misfit"].is_null());
         // With repeats the same is certain.
         let repeated = diagnosed(7, "--repeats 5", &[effect], "");

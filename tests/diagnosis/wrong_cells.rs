@@ -5,7 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::arm::{MODEL, called_wrong, data_findings, scaled, screened, session};
-use super::tables::{Table, list, number};
+use crate::support::Json;
+use crate::support::tables::Table;
 
 const PROCEDURE: &str = "load-hold-unload";
 
@@ -67,10 +68,10 @@ fn exchanged_cells_are_named_with_each_other_beside_true_effects() {
                 assert_eq!(one["kind"], "exchanged");
                 assert_eq!(one["exchanged_with"], other["place"]);
                 // What it was recorded beside is what it would have been, within what a play of 15 standard errors does to slopes.
-                let ratio = number(&one["expected"]) / number(&other["value"]);
+                let ratio = one["expected"].number() / other["value"].number();
                 assert!((0.9..1.1).contains(&ratio), "{ratio}");
             }
-            let of_both = bad.iter().map(|one| list(&one["lines"]).len());
+            let of_both = bad.iter().map(|one| one["lines"].list().len());
             let cell = good.cells()[0].len();
             assert_eq!(of_both.sum::<usize>(), 2 * cell);
             assert_eq!(found["readings"], good.len() - 2 * cell);
@@ -104,7 +105,7 @@ fn a_cell_with_another_decimal_point_is_named_with_what_it_should_have_been() {
         assert_eq!(bad["place"], cell(pose, direction));
         assert_eq!(bad["exchanged_with"], Value::Null);
         // Which way the point moved, and by how much, follows from the two values.
-        let off = number(&bad["value"]) / factor / number(&bad["expected"]) - 1.0;
+        let off = bad["value"].number() / factor / bad["expected"].number() - 1.0;
         assert!(off.abs() < 0.05, "{off}");
     }
 }
@@ -138,7 +139,7 @@ fn cells_in_another_unit_are_named_with_its_factor() {
         assert_eq!(bad.len(), count, "{place:?}, {factor}: {bad:?}");
         for one in bad {
             assert_eq!(one["kind"], "unit", "{place:?}, {factor}");
-            let said = number(&one["factor"]);
+            let said = one["factor"].number();
             assert!((said / factor - 1.0).abs() < 1e-9, "{place:?}: {said}");
         }
     }

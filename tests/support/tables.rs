@@ -12,7 +12,7 @@ use tempfile::TempDir;
 /// # Arguments
 /// - `command`: words with blanks between them.
 /// - `further`: words that may contain blanks.
-pub(super) fn json(command: &str, further: &[&str]) -> Value {
+pub(crate) fn json(command: &str, further: &[&str]) -> Value {
     run(command, further).unwrap_or_else(|error| panic!("{command}: {error}"))
 }
 
@@ -21,30 +21,16 @@ fn run(command: &str, further: &[&str]) -> Result<Value, Value> {
     json_of(words.map(OsString::from).collect::<Vec<_>>())
 }
 
-/// Of a JSON value, a number.
-pub(super) fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
-}
-
-/// Of a JSON value, an array.
-pub(super) fn list(value: &Value) -> &[Value] {
-    value
-        .as_array()
-        .unwrap_or_else(|| panic!("{value} is no array"))
-}
-
 /// A table: names of columns, and rows of texts.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub(crate) struct Table {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
     /// Reads CSV.
-    pub(super) fn parse(text: &str) -> Self {
+    pub(crate) fn parse(text: &str) -> Self {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .comment(Some(b'#'))
@@ -64,12 +50,12 @@ impl Table {
     /// # Arguments
     /// - `options`: words with blanks between them.
     /// - `effects`: what acts beside the beams, as `--effect` takes it.
-    pub(super) fn simulated(options: &str, effects: &[&str]) -> Self {
+    pub(crate) fn simulated(options: &str, effects: &[&str]) -> Self {
         Self::simulated_with_truth(options, effects).0
     }
 
     /// The same with the `data` of the command, which hold the truth.
-    pub(super) fn simulated_with_truth(options: &str, effects: &[&str]) -> (Self, Value) {
+    pub(crate) fn simulated_with_truth(options: &str, effects: &[&str]) -> (Self, Value) {
         let desk = TempDir::new().unwrap();
         let folder = desk.path().join("session");
         let effects: Vec<&str> = effects.iter().flat_map(|one| ["--effect", one]).collect();
@@ -80,7 +66,7 @@ impl Table {
     }
 
     /// The table as CSV.
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(&self.names).unwrap();
         for row in &self.rows {
@@ -97,23 +83,23 @@ impl Table {
     }
 
     /// The JSON of a command on the table, which lies in a folder of its own.
-    pub(super) fn json(&self, command: &str, options: &str) -> Value {
+    pub(crate) fn json(&self, command: &str, options: &str) -> Value {
         let json = self.run(command, options);
         json.unwrap_or_else(|error| panic!("{command} {options}: {error}"))
     }
 
     /// The error of a command that refuses the table.
-    pub(super) fn refusal(&self, command: &str, options: &str) -> Value {
+    pub(crate) fn refusal(&self, command: &str, options: &str) -> Value {
         self.run(command, options).unwrap_err()
     }
 
     /// The `data` of a command on the table.
-    pub(super) fn data(&self, command: &str, options: &str) -> Value {
+    pub(crate) fn data(&self, command: &str, options: &str) -> Value {
         self.json(command, options)["data"].take()
     }
 
     /// Number of rows.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
 
@@ -123,28 +109,28 @@ impl Table {
     }
 
     /// A cell of the table.
-    pub(super) fn word(&self, row: usize, column: &str) -> &str {
+    pub(crate) fn word(&self, row: usize, column: &str) -> &str {
         &self.rows[row][self.column(column)]
     }
 
     /// A cell of the table as a number.
-    pub(super) fn number(&self, row: usize, column: &str) -> f64 {
+    pub(crate) fn number(&self, row: usize, column: &str) -> f64 {
         self.word(row, column).parse().unwrap()
     }
 
     /// Writes a cell.
-    pub(super) fn set(&mut self, row: usize, column: &str, value: &impl ToString) {
+    pub(crate) fn set(&mut self, row: usize, column: &str, value: &impl ToString) {
         let column = self.column(column);
         self.rows[row][column] = value.to_string();
     }
 
     /// Changes a number.
-    pub(super) fn change(&mut self, row: usize, column: &str, change: impl Fn(f64) -> f64) {
+    pub(crate) fn change(&mut self, row: usize, column: &str, change: impl Fn(f64) -> f64) {
         self.set(row, column, &change(self.number(row, column)));
     }
 
     /// Some of the rows.
-    pub(super) fn filtered(&self, keep: impl Fn(&Self, usize) -> bool) -> Self {
+    pub(crate) fn filtered(&self, keep: impl Fn(&Self, usize) -> bool) -> Self {
         let rows = (0..self.len()).filter(|row| keep(self, *row));
         Self {
             names: self.names.clone(),
@@ -153,7 +139,7 @@ impl Table {
     }
 
     /// The first repeats alone.
-    pub(super) fn repeats(&self, count: u32) -> Self {
+    pub(crate) fn repeats(&self, count: u32) -> Self {
         self.filtered(|table, row| table.number(row, "repeat") <= f64::from(count))
     }
 
@@ -167,17 +153,17 @@ impl Table {
     }
 
     /// The rows of each run, in the order of the table.
-    pub(super) fn runs(&self) -> Vec<Range<usize>> {
+    pub(crate) fn runs(&self) -> Vec<Range<usize>> {
         self.groups(&["pose", "direction", "repeat"])
     }
 
     /// The rows of each pose and direction, in the order of the table.
-    pub(super) fn cells(&self) -> Vec<Range<usize>> {
+    pub(crate) fn cells(&self) -> Vec<Range<usize>> {
         self.groups(&["pose", "direction"])
     }
 
     /// Lines of rows in the file.
-    pub(super) fn lines(rows: Range<usize>) -> Vec<usize> {
+    pub(crate) fn lines(rows: Range<usize>) -> Vec<usize> {
         rows.map(|row| row + 2).collect()
     }
 }
