@@ -57,6 +57,9 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
 /// What stands for the modules that the root package takes from its crates.
 const EVERY_CRATE: &str = "EVERY CRATE";
 
+/// The module of what the unit tests of a crate share.
+const SHARED_BY_TESTS: &str = "tests";
+
 /// Crates that others may want alone, with what they must do without.
 #[rustfmt::skip]
 const ALONE: &[(&str, &[&str])] = &[
@@ -204,7 +207,7 @@ fn modules_import_only_what_the_table_allows() {
             }
         }
         // The table names the crates that have several modules side by side.
-        if ["lib", "main"].contains(&source.module.as_str())
+        if ["lib", "main", SHARED_BY_TESTS].contains(&source.module.as_str())
             || !MAY_IMPORT.iter().any(|(of, ..)| *of == source.folder)
         {
             continue;
@@ -218,7 +221,7 @@ fn modules_import_only_what_the_table_allows() {
                 let from_crate = row(&source.folder, module).is_none();
                 let allowed = allowed.contains(&module)
                     || (from_crate && allowed.contains(&EVERY_CRATE))
-                    || module == source.module;
+                    || [source.module.as_str(), SHARED_BY_TESTS].contains(&module);
                 if !allowed {
                     let place = place(number);
                     let name = &source.module;

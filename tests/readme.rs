@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use stiffbench_test_files::documentation;
 
 use crate::architecture::sources;
-use crate::support::Words;
+use crate::support::Contains;
 
 /// Lines above which the README is to be split.
 const LONGEST_README: usize = 130;

@@ -12,7 +12,7 @@ use stiffbench::robot::{Pose, Robot};
 use stiffbench::shipped::{shipped_robot, shipped_robots};
 use stiffbench::source_text::SourceText;
 
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// The FANUC R-2000iC as CSV, rows of Craig's convention.
 pub(crate) const TABLE: &str = "joint,alpha_deg,a_mm,theta_deg,d_mm,angle,min_deg,max_deg

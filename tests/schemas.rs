@@ -22,7 +22,7 @@ use stiffbench::stiffness::StiffnessReport;
 use stiffbench_test_files::desk::{Desk, Ran};
 use stiffbench_test_files::schemas::are_published;
 
-use crate::support::Words;
+use crate::support::Contains;
 
 #[test]
 fn the_schemas_are_published() {

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::Words;
+use crate::support::Contains;
 use crate::support::screen_picture;
 use crate::support::tables::Table;
 use crate::support::terminal::Terminal;

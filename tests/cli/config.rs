@@ -4,7 +4,7 @@ use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, Ran};
 
 use super::{assert_output_contains, desk, five_columns};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A desk whose user has no configuration but what a test writes to `home`.
 fn run(desk: &Desk, folder: &str, variables: &[(&str, &str)], arguments: &str) -> Ran {

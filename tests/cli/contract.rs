@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::{desk, desk_with_session};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A quantity: value and unit, and an uncertainty with coverage factor and degrees of freedom, or the words why there is none.
 fn assert_quantity(quantity: &Value, unit: &str) {

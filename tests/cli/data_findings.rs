@@ -5,7 +5,7 @@ use stiffbench_test_files::desk::Desk;
 
 use super::desk;
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A session of four poses, `s`, and a copy `t` in which rows of its table are changed.
 fn changed(change: &dyn Fn(&mut Table, usize)) -> Desk {

@@ -9,7 +9,7 @@ use stiffbench_test_files::desk::assert_follows_schema;
 
 use super::{desk, five_columns};
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Benches in which a joint of a serial arm rubs, nothing is missing, a joint has play while the robot sets in, one of two members that
 /// vanish together is loose, and the gauge has a period; their answers are open (`data/concealed/development-answers.json`).

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serialport::TTYPort;
 
 use super::{Desk, desk};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// How long a test waits for what must come.
 const PATIENCE: Duration = Duration::from_secs(30);

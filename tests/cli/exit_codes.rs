@@ -120,7 +120,7 @@ mod with_ports_and_signals {
 
     use super::super::session::EMULATED;
     use super::{Desk, desk};
-    use crate::support::Words;
+    use crate::support::Contains;
 
     /// A command in the background.
     fn begun(desk: &Desk, arguments: &str) -> Child {

@@ -8,7 +8,7 @@ use stiffbench::physics::Law;
 use stiffbench::shipped::error_explanations;
 
 use super::desk;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Codes that are put together from a word: the problems of a TOML file.
 const OF_A_SESSION_FILE: [&str; 9] = [

@@ -11,7 +11,7 @@ use stiffbench_test_files::desk::Desk;
 use stiffbench_test_files::text;
 
 use super::{desk, desk_with_session, five_columns};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 fn package(desk: &Desk, folder: &str) -> Value {
     serde_json::from_str(&desk.read(&format!("{folder}/datapackage.json"))).unwrap()

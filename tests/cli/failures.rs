@@ -1,7 +1,7 @@
 //! What the program refuses: the code of the error, the exit code, and what it tells the user to do.
 
 use super::{Ran, desk};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A reader that has seen enough (`| head`) is no failure; a full disk is one.
 #[cfg(target_os = "linux")]

@@ -1,7 +1,7 @@
 //! The files that the program writes: complete, readable, and the same bytes for the same seed.
 
 use super::{Desk, desk, desk_with_session};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// An SVG that parses, with something drawn in it.
 fn assert_svg(desk: &Desk, name: &str) {

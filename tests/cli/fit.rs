@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::{assert_output_contains, desk, desk_with_session, unwrapped};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[test]
 fn standard_errors_covariance_and_correlations_are_given_with_every_fit() {

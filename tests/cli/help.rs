@@ -4,7 +4,7 @@ use clap::Command;
 use stiffbench_test_files::desk::Ran;
 
 use super::{assert_output_contains, desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// The commands that are shown and can be called without another one behind them.
 fn leaves() -> Vec<(String, Command)> {

@@ -10,7 +10,7 @@ use serde_json::Value;
 use stiffbench_test_files::desk::{Desk, assert_output_contains};
 
 use super::{desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/imports")

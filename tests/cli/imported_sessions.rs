@@ -5,7 +5,7 @@ use std::fmt::Write;
 use stiffbench_test_files::desk::assert_output_contains;
 
 use super::{desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[test]
 fn equal_runs_have_no_endless_digits() {

@@ -1,7 +1,7 @@
 //! Every result states what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
 use super::{desk, desk_with_session, five_columns};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[test]
 fn every_result_begins_with_its_data_and_its_robot() {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Desk, Ran, assert_output_contains, desk};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Decodes bytes on standard input.
 fn decode(desk: &Desk, arguments: &str, bytes: &[u8]) -> Ran {

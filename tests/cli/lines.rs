@@ -1,7 +1,7 @@
 //! Gauges on pseudo-terminals, as a user reads, finds, binds and records them.
 
 use super::{Desk, Ran, assert_output_contains, desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[path = "../../crates/gauges/tests/lines/device.rs"]
 mod device;

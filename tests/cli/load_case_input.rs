@@ -2,7 +2,7 @@
 
 use super::load_cases::fanuc;
 use super::{Desk, assert_output_contains};
-use crate::support::Words;
+use crate::support::Contains;
 use crate::support::tables::Table;
 use stiffbench_test_files::text;
 

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::{assert_output_contains, desk, misuse, unwrapped};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 use stiffbench_test_files::text;
 
 /// A desk with the robot `fanuc.toml` and its load cases `cases.csv`.

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Stdio;
 
 use super::{Desk, assert_output_contains, desk, unwrapped};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Every file of a folder with its bytes, by name.
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {

@@ -1,7 +1,7 @@
 //! `stiffbench robot map` asked for figures, loads, own weight and designs.
 
 use super::{assert_output_contains, desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[test]
 fn a_load_moves_the_end_and_a_limit_bounds_the_load() {

@@ -6,7 +6,7 @@ use roxmltree::{Document, Node};
 use serde_json::Value;
 
 use super::desk;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 use stiffbench_test_files::text;
 
 /// Elements of a name with an attribute of this value.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::desk;
-use crate::support::Words;
+use crate::support::Contains;
 
 fn sh(folder: &Path, script: &str) -> Output {
     Command::new("sh")

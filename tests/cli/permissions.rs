@@ -9,7 +9,7 @@ use std::process::Command;
 use super::lines::mark10;
 use super::session::{EMULATED, SHORT};
 use super::{Desk, Ran, desk};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// The user `nobody`, who is in no group.
 const NOBODY: u32 = 65_534;

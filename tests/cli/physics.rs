@@ -11,7 +11,7 @@ use stiffbench::test_point::PoseId;
 
 use super::{Desk, desk};
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
 const EFFECTS: [(&str, f64); 16] = [

@@ -2,7 +2,7 @@
 
 use super::{Desk, assert_output_contains, desk, misuse, unwrapped};
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 use stiffbench_test_files::text;
 
 const SPRINGS: &str =

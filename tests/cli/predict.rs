@@ -11,7 +11,7 @@ use stiffbench::analysis::PartModelFile;
 use stiffbench_test_files::desk::Desk;
 
 use super::{desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 const COLUMNS: &str = "--specimen --response force --force-column force_N --displacement-column travel_mm --run-column run";
 

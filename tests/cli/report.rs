@@ -8,7 +8,7 @@ use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 use super::{desk, desk_with_session, five_columns};
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A desk with `session` and its `report.html`, of two poses, without diagnosis.
 fn desk_with_report(options: &str) -> Desk {

@@ -1,7 +1,7 @@
 //! Every subcommand once, for people and for programs.
 
 use super::{desk, desk_with_session, unwrapped};
-use crate::support::Words;
+use crate::support::Contains;
 
 /// Subcommands with words of their text, and the kind and version of their JSON.
 #[rustfmt::skip]

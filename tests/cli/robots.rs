@@ -4,7 +4,7 @@
 use serde_json::Value;
 
 use super::{Desk, desk};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Robots with a pose of theirs: shipped, or in `fixtures/robots`. The end of the SCARA keeps its height, that of the four-bar follows a curve.
 const ROBOTS: [(&str, &str); 6] = [

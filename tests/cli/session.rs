@@ -3,7 +3,7 @@
 use super::{Desk, desk};
 #[cfg(unix)]
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// One pose, one direction, four readings.
 pub(super) const SHORT: &str =

@@ -3,7 +3,7 @@
 use stiffbench_test_files::desk::Desk;
 
 use super::desk;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 const RUN: &str = "session run s --emulated --speed 50 --no-input --procedure sweeps --poses P1 --directions x --repeats 1 --seed 2 --answer temperature=21";
 

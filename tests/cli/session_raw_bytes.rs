@@ -2,7 +2,7 @@
 
 use super::session::measured;
 use super::unwrapped;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[cfg(unix)]
 #[test]

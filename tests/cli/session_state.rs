@@ -2,7 +2,7 @@
 
 use super::desk;
 use super::session::{EMULATED, SHORT};
-use crate::support::Words;
+use crate::support::Contains;
 
 #[cfg(unix)]
 #[test]

@@ -1,7 +1,7 @@
 //! `stiffbench session undo`: the last decision of a session that has stopped is taken back, and nothing is deleted.
 
 use super::session::{EMULATED, measured};
-use crate::support::Words;
+use crate::support::Contains;
 
 #[cfg(unix)]
 #[test]

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::desk;
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// A springy joint that one pose cannot separate from others.
 const SPRINGY: &str = "--effect joint-compliance@A3:c=2urad/(N*m)";

@@ -1,7 +1,7 @@
 //! `--strict`: findings become exit codes, and without it they do not.
 
 use super::{desk, five_columns};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 #[test]
 fn overdue_calibration_exits_with_12() {

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{Desk, assert_output_contains, desk};
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// One pose, three gauges or one.
 const SHORT: &str = "--mechanism A --poses P1 --directions x,z --loads-n=0,-20,-40,-60 --repeats 4";

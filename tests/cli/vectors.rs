@@ -1,7 +1,7 @@
 //! Sessions with displacement gauges along the base axes on an emulated bench, loads in any direction, and the table of ISO 9283.
 
 use super::{assert_output_contains, desk, misuse};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 use serde_json::Value;
 
 /// Three gauges, two loads of the test of ISO 9283 against and along a direction each.

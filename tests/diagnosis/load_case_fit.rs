@@ -8,7 +8,7 @@ use stiffbench_test_files::text;
 use super::load_cases::{DISPLACEMENTS, FORCES, SPRINGS, interval};
 use super::robots::RobotFile;
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Compliance and standard error of each joint, µrad/(N·m): ordinary least squares by NumPy on J (Jᵀ F), from the DH table.
 const FANUC: [(f64, f64); 6] = [

@@ -11,7 +11,7 @@ use stiffbench_test_files::text;
 use super::arm::{diagnosis, session, session_on};
 use super::robots::RobotFile;
 use crate::support::tables::Table;
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// Of a play, in the readings of `load-hold-unload`.
 const PLAY: &str = "joint-backlash@S2:play=3.098394urad,seat_moment=3N*m";

@@ -6,7 +6,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::support::tables::{Table, json};
-use crate::support::{Json, Words};
+use crate::support::{Contains, Json};
 
 /// The diagnosis of a simulated session.
 fn diagnosed(seed: u64, options: &str, effects: &[&str], further: &str) -> Value {

@@ -1,8 +1,8 @@
 //! What tests share: a terminal to run the program in, tables of readings, and what is asked of its texts and JSON.
 
+pub(crate) mod expect;
 pub(crate) mod screen_picture;
 pub(crate) mod tables;
 pub(crate) mod terminal;
-pub(crate) mod words;
 
-pub(crate) use words::{Json, Words};
+pub(crate) use expect::{Contains, Json};

@@ -260,7 +260,7 @@ fn open_values_of_a_description_are_required_from_the_user() {
     let state = "{ choice = { good = [\"ST\"], note = { US = \"unstable\" }, refuse = { OL = \"overload: unload the gauge\" } } }";
     let error = "[[error]]\nmeaning = \"refused\"\ntext = \"the gauge did not understand\"\nfields = [{ literal = \"ER\" }]";
     #[rustfmt::skip]
-    let doubts = [
+    let cases = [
         (", refuse = { OL = \"overload: unload the gauge\" }", "", "overloaded is not described"),
         ("capacity = { kgf = 50 }\n", "", "physical.capacity"),
         ("resolution = { kgf = 0.01 }\n", "", "physical.resolution"),
@@ -272,10 +272,10 @@ fn open_values_of_a_description_are_required_from_the_user() {
         (error, "[[error]]\nmeaning = \"refused\"\ntext = \"any\"\nfields = [{ any = { count = [1, 40] } }]", "is refused"),
         ("[[value]]\n", "[[value]]\nfields = [{ literal = \"ST,\" }, { sign = { plus = [\"+\"], minus = [\"-\"] } }, { any = { count = [2], of = \"0\" } }, { number = { count = [5], point = \"none\", decimals = 1 } }, { literal = \",\" }, { unit = { others = [1, 6] } }]\n[[value]]\n", "value[0]"),
     ];
-    for (find, replacement, part) in doubts {
+    for (find, replacement, part) in cases {
         let (description, _) = InstrumentDescription::parse(&with(find, replacement), "f").unwrap();
         let warnings = description.warnings();
-        let named = warnings.iter().any(|doubt| doubt.contains(part));
+        let named = warnings.iter().any(|warning| warning.contains(part));
         assert!(named, "{part} is not in {warnings:?}");
     }
 }

@@ -83,7 +83,7 @@ pub fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
 mod tests {
     use super::*;
     use crate::least_squares::Parameter;
-    use crate::least_squares::rows::{Row, Rows};
+    use crate::least_squares::rows::{ResidualRows, Row};
 
     /// r = (p² - 1, (p - 1)/20): wells at 1 and near -1, the first lower.
     fn two_wells(p: &[f64], i: usize) -> Row {
@@ -98,7 +98,7 @@ mod tests {
         for start in [-1.5, 1.5] {
             let set = ParameterSet::new(vec![Parameter::free("p", start, -3.0, 3.0)]).unwrap();
             let settings = LeastSquaresSettings::default();
-            let mut wells = Rows(2, two_wells);
+            let mut wells = ResidualRows(2, two_wells);
             let found = minima(&mut wells, &set, spread(&set).take(16), &settings).unwrap();
             let at: Vec<f64> = found.iter().map(|fit| fit.free_values[0]).collect();
             assert_eq!(at.len(), 2, "{at:?}");

@@ -7,9 +7,9 @@ pub(super) type Row = (f64, Vec<f64>);
 
 /// So many residuals, each a function of the parameters and of its number.
 #[derive(Clone)]
-pub(super) struct Rows<F>(pub(super) usize, pub(super) F);
+pub(super) struct ResidualRows<F>(pub(super) usize, pub(super) F);
 
-impl<F: FnMut(&[f64], usize) -> Row> ResidualFunction for Rows<F> {
+impl<F: FnMut(&[f64], usize) -> Row> ResidualFunction for ResidualRows<F> {
     fn residual_count(&self) -> usize {
         self.0
     }

@@ -1,7 +1,7 @@
 //! Covariances with known answers and every status.
 
 use super::*;
-use crate::least_squares::rows::{Rows, unbounded};
+use crate::least_squares::rows::{ResidualRows, unbounded};
 use crate::least_squares::{LeastSquaresSettings, Parameter, minimise};
 
 fn described(
@@ -10,7 +10,7 @@ fn described(
     parameters: Vec<Parameter>,
     mode: SigmaMode,
 ) -> Result<ParameterCovariance, LeastSquaresError> {
-    let mut problem = Rows(y.len(), |p: &[f64], i: usize| {
+    let mut problem = ResidualRows(y.len(), |p: &[f64], i: usize| {
         let modelled: f64 = rows[i].iter().zip(p).map(|(a, p)| a * p).sum();
         (modelled - y[i], rows[i].to_vec())
     });

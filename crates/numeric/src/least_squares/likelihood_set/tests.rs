@@ -1,7 +1,7 @@
 //! Sets of one part and of two, and how often a set of two wells holds the truth.
 
 use super::*;
-use crate::least_squares::rows::{Row, Rows};
+use crate::least_squares::rows::{ResidualRows, Row};
 use crate::least_squares::{
     CovarianceSettings, LeastSquaresSettings, Parameter, covariance, minima,
 };
@@ -15,9 +15,9 @@ struct Square {
 
 impl Square {
     /// The residuals of both.
-    fn rows(&self) -> Rows<impl Clone + FnMut(&[f64], usize) -> Row> {
+    fn rows(&self) -> ResidualRows<impl Clone + FnMut(&[f64], usize) -> Row> {
         let Self { measured, sigma, c } = *self;
-        Rows(2, move |p: &[f64], i| match i {
+        ResidualRows(2, move |p: &[f64], i| match i {
             0 => (
                 (p[0] * p[0] - measured[0]) / sigma,
                 vec![2.0 * p[0] / sigma],

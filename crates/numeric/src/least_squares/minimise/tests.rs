@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::least_squares::rows::{Row, Rows, unbounded};
+use crate::least_squares::rows::{ResidualRows, Row, unbounded};
 use crate::least_squares::singular_values::dot;
 use crate::least_squares::{JacobianView, Parameter};
 
@@ -30,7 +30,7 @@ fn line(p: &[f64], i: usize) -> Row {
     (p[0] + p[1] * x - [1.0, 3.0, 4.0, 8.0][i], vec![1.0, x])
 }
 
-const LINE: Rows<fn(&[f64], usize) -> Row> = Rows(4, line);
+const LINE: ResidualRows<fn(&[f64], usize) -> Row> = ResidualRows(4, line);
 
 /// Rosenbrock's valley, minimum (1, 1), in its usual two residuals.
 fn rosenbrock(p: &[f64], i: usize) -> Row {
@@ -40,7 +40,7 @@ fn rosenbrock(p: &[f64], i: usize) -> Row {
     }
 }
 
-const ROSENBROCK: Rows<fn(&[f64], usize) -> Row> = Rows(2, rosenbrock);
+const ROSENBROCK: ResidualRows<fn(&[f64], usize) -> Row> = ResidualRows(2, rosenbrock);
 
 #[test]
 fn a_line_by_hand() {
@@ -144,7 +144,7 @@ fn a_tied_parameter_moves_with_the_one_it_is_tied_to() {
 
 #[test]
 fn a_parameter_without_effect_does_not_move() {
-    let mut problem = Rows(3, |p: &[f64], i| (p[0] - i as f64, vec![1.0, 0.0]));
+    let mut problem = ResidualRows(3, |p: &[f64], i| (p[0] - i as f64, vec![1.0, 0.0]));
     let fit = fitted(&mut problem, unbounded([("mean", 9.0), ("idle", 3.25)]));
     assert!((fit.values[0] - 1.0).abs() < 1e-15);
     assert_eq!(fit.values[1], 3.25);
@@ -152,14 +152,14 @@ fn a_parameter_without_effect_does_not_move() {
 
 #[test]
 fn parameters_that_only_act_together_share_the_step() {
-    let mut problem = Rows(3, |p: &[f64], i| (p[0] + p[1] - i as f64, vec![1.0, 1.0]));
+    let mut problem = ResidualRows(3, |p: &[f64], i| (p[0] + p[1] - i as f64, vec![1.0, 1.0]));
     let fit = fitted(&mut problem, unbounded([("a", 0.0), ("b", 0.0)]));
     assert!((fit.values[0] - 0.5).abs() < 1e-15 && (fit.values[1] - 0.5).abs() < 1e-15);
 }
 
 #[test]
 fn a_residual_that_is_not_a_number_at_the_start_is_named() {
-    let mut problem = Rows(20, |p: &[f64], i| {
+    let mut problem = ResidualRows(20, |p: &[f64], i| {
         (if i == 17 { f64::NAN } else { p[0] }, vec![1.0])
     });
     let source = fault_at_the_start(&mut problem, unbounded([("p", 1.0)]));
@@ -168,7 +168,7 @@ fn a_residual_that_is_not_a_number_at_the_start_is_named() {
 
 #[test]
 fn a_derivative_that_is_infinite_is_named_with_its_parameter() {
-    let mut problem = Rows(2, |p: &[f64], i| {
+    let mut problem = ResidualRows(2, |p: &[f64], i| {
         (p[1], vec![0.0, if i == 1 { f64::INFINITY } else { 1.0 }])
     });
     let parameters = vec![Parameter::fixed("a", 1.0), Parameter::unbounded("b", 1.0)];
@@ -181,14 +181,14 @@ fn a_derivative_that_is_infinite_is_named_with_its_parameter() {
 
 #[test]
 fn an_overflow_of_the_squares_is_not_a_minimum() {
-    let mut problem = Rows(1, |p: &[f64], _| (1e200 * p[0], vec![1e200]));
+    let mut problem = ResidualRows(1, |p: &[f64], _| (1e200 * p[0], vec![1e200]));
     let source = fault_at_the_start(&mut problem, unbounded([("p", 1.0)]));
     assert!(matches!(source, EvaluationFailure::Overflow), "{source}");
 }
 
 #[test]
 fn no_residuals_is_an_error() {
-    let mut problem = Rows(0, line);
+    let mut problem = ResidualRows(0, line);
     let set = ParameterSet::new(unbounded([("p", 1.0)])).unwrap();
     assert!(matches!(
         minimise(&mut problem, &set, &LeastSquaresSettings::default()),
@@ -199,7 +199,7 @@ fn no_residuals_is_an_error() {
 #[test]
 fn a_place_without_a_value_on_the_way_only_shortens_the_step() {
     // ln has no value below zero, where the first full step from 3 leads.
-    let mut problem = Rows(1, |p: &[f64], _| (p[0].ln() + 2.0, vec![1.0 / p[0]]));
+    let mut problem = ResidualRows(1, |p: &[f64], _| (p[0].ln() + 2.0, vec![1.0 / p[0]]));
     let fit = fitted(&mut problem, unbounded([("p", 3.0)]));
     assert!(fit.termination.is_converged(), "{:?}", fit.termination);
     assert!((fit.values[0] - (-2.0_f64).exp()).abs() < 1e-14);
@@ -209,7 +209,7 @@ fn a_place_without_a_value_on_the_way_only_shortens_the_step() {
 #[test]
 fn an_edge_without_values_behind_it_ends_the_fit_with_the_reason() {
     // Falls towards 1, where the values end; the state is the last point with one.
-    let mut problem = Rows(1, |p: &[f64], _| {
+    let mut problem = ResidualRows(1, |p: &[f64], _| {
         (if p[0] > 1.0 { f64::NAN } else { 5.0 - p[0] }, vec![-1.0])
     });
     let fit = fitted(&mut problem, unbounded([("p", 0.0)]));
@@ -266,7 +266,7 @@ fn too_few_evaluations_end_the_fit_where_it_stands() {
 
 #[test]
 fn derivatives_of_the_wrong_sign_stall_and_are_not_called_a_minimum() {
-    let mut problem = Rows(2, |p: &[f64], i| (p[0] + 3.0 + i as f64, vec![-1.0]));
+    let mut problem = ResidualRows(2, |p: &[f64], i| (p[0] + 3.0 + i as f64, vec![-1.0]));
     let fit = fitted(&mut problem, unbounded([("p", 1.0)]));
     assert!(
         matches!(fit.termination, Termination::Stalled),
@@ -297,7 +297,7 @@ proptest! {
                 Parameter::free(format!("p{j}"), (lower + share * width).min(upper), lower, upper)
             })
             .collect();
-        let fit = fitted(&mut Rows(8, row), parameters);
+        let fit = fitted(&mut ResidualRows(8, row), parameters);
         prop_assert!(fit.termination.is_converged(), "{:?}", fit.termination);
         for j in 0..4 {
             let g = dot(fit.jacobian_column(j).unwrap(), &fit.residuals);

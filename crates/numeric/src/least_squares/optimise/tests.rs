@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::least_squares::Parameter;
-use crate::least_squares::rows::{Row, Rows};
+use crate::least_squares::rows::{ResidualRows, Row};
 
 /// A bowl with waves, in the logarithm u: lowest at 3.4, side valleys about every 1.5.
 #[expect(
@@ -113,7 +113,7 @@ fn waves(p: &[f64], i: usize) -> Row {
 fn a_fit_in_a_side_valley_is_found_out_and_one_in_the_lowest_is_confirmed() {
     let fit_from = |start| {
         let set = ParameterSet::new(vec![Parameter::free("phase", start, 1.0, 20.0)]).unwrap();
-        let mut waves = Rows(2, waves);
+        let mut waves = ResidualRows(2, waves);
         let fit = minimise(&mut waves, &set, &LeastSquaresSettings::default()).unwrap();
         assert!(fit.termination.is_converged());
         let search =

@@ -1,7 +1,7 @@
 //! Profiles with exact ends, open ends, and what stops a walk.
 
 use super::*;
-use crate::least_squares::rows::{Row, Rows, unbounded};
+use crate::least_squares::rows::{ResidualRows, Row, unbounded};
 use crate::least_squares::{
     CovarianceSettings, LeastSquaresSettings, Parameter, covariance, minimise,
 };
@@ -22,8 +22,8 @@ fn profiled(
 }
 
 /// ln of a quantity measured once as 5 ± sigma: the exact ends are ln(5 ± 1.96 sigma).
-fn logarithm(sigma: f64) -> Rows<impl FnMut(&[f64], usize) -> Row> {
-    Rows(1, move |p: &[f64], _| {
+fn logarithm(sigma: f64) -> ResidualRows<impl FnMut(&[f64], usize) -> Row> {
+    ResidualRows(1, move |p: &[f64], _| {
         ((p[0].exp() - 5.0) / sigma, vec![p[0].exp() / sigma])
     })
 }
@@ -34,7 +34,7 @@ const K: f64 = 1.959_963_984_540_054;
 fn of_a_line_the_profile_is_the_quadratic_interval() {
     for mode in [SigmaMode::Known, SigmaMode::Estimated] {
         let y = [1.0, 2.1, 2.9, 4.2, 5.0];
-        let mut line = Rows(5, move |p: &[f64], i| {
+        let mut line = ResidualRows(5, move |p: &[f64], i| {
             (p[0] + p[1] * i as f64 - y[i], vec![1.0, i as f64])
         });
         let parameters = unbounded([("a", 0.0), ("b", 0.0)]);
@@ -120,7 +120,7 @@ fn a_parameter_on_its_bound_is_open_there_and_profiled_to_the_other_side() {
 
 #[test]
 fn a_region_without_a_value_stops_the_walk_at_its_edge() {
-    let mut edge = Rows(1, |p: &[f64], _| {
+    let mut edge = ResidualRows(1, |p: &[f64], _| {
         let value = if p[0] > 0.5 { f64::NAN } else { p[0] };
         (value, vec![1.0])
     });
@@ -135,7 +135,7 @@ fn a_region_without_a_value_stops_the_walk_at_its_edge() {
 #[test]
 fn a_lower_minimum_met_while_profiling_is_reported() {
     // A fit that was stopped at its start; refitting `a` alone already does better.
-    let mut line = Rows(3, |p: &[f64], i| {
+    let mut line = ResidualRows(3, |p: &[f64], i| {
         (p[0] + p[1] * i as f64 - 10.0, vec![1.0, i as f64])
     });
     let set = ParameterSet::new(unbounded([("a", 0.0), ("b", 1.0)]));

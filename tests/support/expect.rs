@@ -3,12 +3,12 @@
 use serde_json::Value;
 
 /// What a text has to contain.
-pub(crate) trait Words {
+pub(crate) trait Contains {
     /// It contains all of these.
     fn must_contain(&self, words: &[&str]);
 }
 
-impl Words for str {
+impl Contains for str {
     #[track_caller]
     fn must_contain(&self, words: &[&str]) {
         for word in words {
