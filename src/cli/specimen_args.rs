@@ -31,7 +31,7 @@ pub(super) struct PartTableArgs {
     /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
     #[arg(long, value_name = "UNIT")]
     temperature_unit: Option<String>,
-    /// The measured quantity: force if the displacement or strain was set [default: where one of the two is a ramp or a sine of time, the other; else displacement]
+    /// The measured quantity: force if the displacement or strain was set [default: where one of the two is a ramp or a sine of time, the other; else the one that scatters more; else displacement]
     #[arg(long, value_parser = one_of(RESPONSES))]
     response: Option<ResponseVariable>,
     /// Share of a run's range by which the path must return before it counts as unloading

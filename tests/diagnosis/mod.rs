@@ -11,6 +11,7 @@ mod load_case_diagnosis;
 mod load_case_fit;
 mod load_cases;
 mod mismatch_verdicts;
+mod noise_of_what_was_set;
 mod position_coverage;
 mod robots;
 mod six_springs;

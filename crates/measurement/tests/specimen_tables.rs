@@ -671,12 +671,19 @@ fn what_a_machine_sets_is_known_by_its_ramps_and_sines() {
         ..options()
     };
     for response in [ResponseVariable::Displacement, ResponseVariable::Force] {
+        // Noise about a ramp is a ramp: of a straight part the clock shows nothing, but the answer scatters more.
+        let straight = read_with(&of_a_machine(triangle, line, response), &with_time).unwrap();
+        let said = SpecimenAssumption::ResponseByScatter { response };
+        assert!(
+            straight.assumptions.contains(&said),
+            "{:?}",
+            straight.assumptions
+        );
         for table in [
             of_a_machine(triangle, curved, response),
             of_a_machine(triangle, loop_, response),
             of_a_machine(sine, curved, response),
             of_a_machine(sine, loop_, response),
-            of_a_machine(triangle, line, response),
         ] {
             let found = read_with(&table, &with_time).unwrap();
             assert_eq!(found.response, response);
@@ -726,16 +733,61 @@ fn loads_by_hand_show_no_machine() {
 }
 
 #[test]
-fn steps_that_make_the_answer_rise_evenly_are_still_what_was_set() {
+fn where_the_clock_shows_nothing_the_noisier_quantity_is_the_response() {
+    // By a fixed sequence, of standard deviation 1.
+    let noise = |step: i32, seed: f64| (f64::from(step) * 2.4 + seed).sin() * 2_f64.sqrt();
     // Beyond its preload the part is four times softer, and the travel was set in steps four times as long.
-    let mut table = "F_N,d_um\n".to_owned();
-    for step in 0..60 {
-        let noise = 0.2 * (f64::from(step) * 2.4).sin();
-        let travel = 20.0 * f64::from(step.min(30) + 4 * (step - 30).max(0));
-        writeln!(table, "{:.3},{travel:.1}", f64::from(step) + noise).unwrap();
+    let soft = |step: i32| 20.0 * f64::from(step.min(30) + 4 * (step - 30).max(0));
+    // Six readings at each of ten levels: between levels both quantities jump.
+    let held = |step: i32| f64::from(step / 6);
+    // Every other reading another load: what neighbours differ by is no scatter.
+    let shuffled = |step: i32| f64::from((step * 37) % 60);
+    let of = |set: &dyn Fn(i32) -> [f64; 2], noise_of: [f64; 2]| {
+        let mut table = "F_N,d_um\n".to_owned();
+        for step in 0..60 {
+            let [force, travel] = set(step);
+            let force = force + noise_of[0] * noise(step, 0.0);
+            let travel = travel + noise_of[1] * noise(step, 1.0);
+            writeln!(table, "{force:.4},{travel:.4}").unwrap();
+        }
+        read(&table).unwrap()
+    };
+    let by_scatter = |response| SpecimenAssumption::ResponseByScatter { response };
+    let (force, displacement) = (ResponseVariable::Force, ResponseVariable::Displacement);
+    for (set, noise_of, said) in [
+        (
+            &(|step| [f64::from(step), soft(step)]) as &dyn Fn(i32) -> [f64; 2],
+            [0.2, 0.0],
+            by_scatter(force),
+        ),
+        (
+            &|step| [held(step), 20.0 * held(step)],
+            [0.02, 0.1],
+            by_scatter(force),
+        ),
+        (
+            &|step| [held(step), 20.0 * held(step)],
+            [0.005, 0.4],
+            by_scatter(displacement),
+        ),
+        (
+            &|step| [held(step), 20.0 * held(step)],
+            [0.02, 0.4],
+            SpecimenAssumption::LoadsWereSet,
+        ),
+        (
+            &|step| [shuffled(step), 20.0 * shuffled(step)],
+            [0.2, 0.0],
+            SpecimenAssumption::LoadsWereSet,
+        ),
+    ] {
+        let found = of(set, noise_of);
+        assert!(
+            found.assumptions.contains(&said),
+            "{said}: {:?}",
+            found.assumptions
+        );
     }
-    let read = read(&table).unwrap();
-    assert!(read.assumptions.contains(&SpecimenAssumption::LoadsWereSet));
 }
 
 #[test]

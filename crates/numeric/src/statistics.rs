@@ -179,6 +179,36 @@ pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(&squares).map(f64::sqrt)
 }
 
+/// Differences of an even order: a slow change of values leaves nothing of itself in them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Differences {
+    coefficients: &'static [f64],
+    /// Variance of those of white noise over its own (1): the sum of the squares of the coefficients.
+    pub variance: f64,
+}
+
+impl Differences {
+    /// x₀ - 2 x₁ + x₂.
+    pub const SECOND: Self = Self {
+        coefficients: &[1.0, -2.0, 1.0],
+        variance: 6.0,
+    };
+    /// x₀ - 4 x₁ + 6 x₂ - 4 x₃ + x₄.
+    pub const FOURTH: Self = Self {
+        coefficients: &[1.0, -4.0, 6.0, -4.0, 1.0],
+        variance: 70.0,
+    };
+
+    /// Those of values in their order.
+    pub fn of(self, values: &[f64]) -> impl Iterator<Item = f64> {
+        let windows = values.windows(self.coefficients.len());
+        windows.map(move |window| {
+            let products = window.iter().zip(self.coefficients);
+            products.map(|(value, factor)| value * factor).sum()
+        })
+    }
+}
+
 /// Sample standard deviation with n - 1; `None` for fewer than two values.
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {

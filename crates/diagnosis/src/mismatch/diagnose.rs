@@ -58,15 +58,15 @@ fn diagnose_and<T>(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    let problem =
-        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
-    let changing = changing_sizes(&problem, options)?;
+    let on = |observations| {
+        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects)
+    };
+    let on_path = on(observations).readings_on_path(options)?;
+    let observations = on_path.as_ref().unwrap_or(observations);
+    let changing = changing_sizes(&on(observations), options)?;
     let (sizes, observations) = match &changing {
         Some((sizes, scaled)) => (*sizes, scaled),
         None => (ConfigurationSizes::Common, observations),
-    };
-    let on = |observations| {
-        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects)
     };
     let (at_start, begun_again, moved_on);
     let begun = scored_beginnings(&on(observations), options)?;

@@ -26,6 +26,15 @@ pub enum SpecimenAssumption {
         /// The quantity that answers.
         response: ResponseVariable,
     },
+    /// One quantity scatters more than the other; it is the response.
+    #[error(
+        "the {} scatters more than the {}, so it is taken for the response: the clock does not show what was set; state otherwise with \
+         --response {}", .response.set_and_answer()[1], .response.set_and_answer()[0], .response.set_and_answer()[0]
+    )]
+    ResponseByScatter {
+        /// The quantity that answers.
+        response: ResponseVariable,
+    },
     /// Nothing shows which quantity was set.
     #[error(
         "loads were set and displacements measured: the table does not show which; state otherwise with --response force"

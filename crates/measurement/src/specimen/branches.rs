@@ -1,6 +1,6 @@
 //! Loading and unloading, derived from the path of what was set.
 
-use stiffbench_numeric::statistics::NORMAL_MEDIAN_DEVIATION;
+use stiffbench_numeric::statistics::{Differences, NORMAL_MEDIAN_DEVIATION};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Branches and turns of the path of one run.
@@ -39,6 +39,9 @@ impl Path {
 
 /// A turn is a return by more than this many standard deviations of the noise of what was set.
 const NOISE: f64 = 6.0;
+
+/// Fewest fourth differences that show a scatter. By judgement.
+pub(super) const FEWEST_DIFFERENCES: usize = 20;
 
 /// Noise beyond this share of the range is none: then the values come in shuffled order.
 const LARGEST_NOISE: f64 = 0.25;
@@ -101,20 +104,17 @@ fn share_of_noise(values: &[f64]) -> f64 {
 ///
 /// Fourth differences take any slow change away; the median of their sizes is that of noise even where a few are corners of the path.
 pub(super) fn scatter(values: &[f64]) -> f64 {
-    let fourth = values
-        .windows(5)
-        .map(|w| 0.5 * (w[0] + w[4]) - 2.0 * (w[1] + w[3]) + 3.0 * w[2]);
-    let mut sizes: Vec<f64> = fourth
+    let mut sizes: Vec<f64> = Differences::FOURTH
+        .of(values)
         .map(f64::abs)
         .filter(|size| size.is_finite())
         .collect();
-    if sizes.len() < 20 {
+    if sizes.len() < FEWEST_DIFFERENCES {
         return 0.0;
     }
     let middle = sizes.len() / 2;
     let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // Half of each difference was taken, whose coefficients are 1, 4, 6, 4, 1.
-    let sd = 2.0 * median / (70_f64.sqrt() * NORMAL_MEDIAN_DEVIATION);
+    let sd = median / (Differences::FOURTH.variance.sqrt() * NORMAL_MEDIAN_DEVIATION);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     sd / (high - low)

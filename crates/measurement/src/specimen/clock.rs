@@ -3,9 +3,9 @@
 //!
 //! Without times the order of the readings is the clock: machines read at equal intervals.
 
-use stiffbench_numeric::statistics::LeastSquaresLine;
+use stiffbench_numeric::statistics::{Differences, LeastSquaresLine, root_mean_square};
 
-use super::branches::{follow, scatter};
+use super::branches::{FEWEST_DIFFERENCES, follow, scatter};
 use super::options::TURN_SHARE;
 use super::response::ResponseVariable;
 use super::table::{SpecimenReading, SpecimenTable};
@@ -18,6 +18,9 @@ const FOLLOWS: f64 = 0.01;
 
 /// By how much the other quantity is further off, as a ratio of root mean squares (1). By judgement.
 const CLEARLY: f64 = 2.0;
+
+/// Times its scatter by which a quantity may be off a ramp that it follows (1). By judgement.
+const ABOUT_A_RAMP: f64 = 1.2;
 
 /// Share by which rates may differ that are one (1). By judgement.
 const ONE_RATE: f64 = 0.05;
@@ -50,16 +53,74 @@ pub(super) fn response_by_clock(
 ) -> Option<ResponseVariable> {
     let both = [ResponseVariable::Displacement, ResponseVariable::Force];
     let mut shown = both.into_iter().filter(|response| {
+        let [set_scatter, scatter] =
+            [*response, response.other()].map(|one| scatter_of_driver(table, one));
         let off = off_the_clock(table, *response, turn_share);
-        let scatter = |quantity: ResponseVariable| {
-            let values = table.readings.iter().map(|one| quantity.of_driver(one));
-            scatter(&values.collect::<Vec<f64>>())
-        };
-        off.is_some_and(|[set, answer]| set < FOLLOWS && CLEARLY * set < answer)
-            && scatter(*response) <= scatter(response.other())
+        off.is_some_and(|[set, answer]| {
+            // Beyond its own scatter: noise about a ramp is a ramp.
+            let beyond = (answer.powi(2) - (ABOUT_A_RAMP * scatter).powi(2)).max(0.0);
+            set < FOLLOWS && CLEARLY * set < beyond.sqrt()
+        }) && set_scatter <= scatter
     });
     let first = shown.next();
     first.filter(|_| shown.next().is_none())
+}
+
+/// The response of a table in which one quantity clearly scatters more than the other, each in its own range: a machine follows what it sets
+/// closely, and what answers has the noise of the part and of its gauge.
+///
+/// # Arguments
+/// - `turn_share`: as for [`response_by_clock`]; of readings that follow no path neighbours show no scatter.
+pub(super) fn response_by_scatter(
+    table: &SpecimenTable,
+    turn_share: f64,
+) -> Option<ResponseVariable> {
+    let both = [ResponseVariable::Displacement, ResponseVariable::Force];
+    let follows_path = |response: &ResponseVariable| {
+        let mut runs = of_runs(table, *response).into_iter();
+        runs.all(|driver| !follow(&driver, response.origin(&driver), turn_share).shuffled)
+    };
+    if !both.iter().all(follows_path) {
+        return None;
+    }
+    both.into_iter().find(|response| {
+        let [set, answer] = [*response, response.other()].map(|one| own_scatter(table, one));
+        answer > CLEARLY * set
+    })
+}
+
+/// What was set in each run.
+fn of_runs(table: &SpecimenTable, response: ResponseVariable) -> Vec<Vec<f64>> {
+    let mut runs = vec![Vec::new(); table.runs.len()];
+    for one in &table.readings {
+        runs[one.run as usize].push(response.of_driver(one));
+    }
+    runs
+}
+
+/// Root mean square of the fourth differences of what was set where those of the other quantity are small, as a share of its range: what moves both
+/// is no scatter, in ramps or in steps.
+fn own_scatter(table: &SpecimenTable, response: ResponseVariable) -> f64 {
+    let [own, other] = [response, response.other()].map(|quantity| -> Vec<f64> {
+        let runs = of_runs(table, quantity);
+        let fourth = runs
+            .iter()
+            .flat_map(|values| Differences::FOURTH.of(values));
+        fourth.collect()
+    });
+    let mut both: Vec<(f64, f64)> = own.into_iter().zip(other).collect();
+    if both.len() < FEWEST_DIFFERENCES {
+        return 0.0;
+    }
+    both.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let used = both[..both.len() / 2].iter().map(|(own, _)| *own);
+    root_mean_square(used).unwrap_or(0.0) / range(table, response)
+}
+
+/// Scatter of neighbouring readings of what was set, as a share of its range.
+fn scatter_of_driver(table: &SpecimenTable, response: ResponseVariable) -> f64 {
+    let values = table.readings.iter().map(|one| response.of_driver(one));
+    scatter(&values.collect::<Vec<f64>>())
 }
 
 /// Whether what was set went one way in every run, at one rate: then whatever time does, a curve does too.

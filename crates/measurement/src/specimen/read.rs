@@ -4,7 +4,7 @@ use indexmap::IndexSet;
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
-use super::clock::{is_one_sweep, response_by_clock};
+use super::clock::{is_one_sweep, response_by_clock, response_by_scatter};
 use super::columns::SpecimenColumns;
 use super::error::SpecimenError;
 use super::options::{SpecimenOptions, TURN_SHARE};
@@ -203,7 +203,12 @@ impl SpecimenTable {
         } else {
             None
         };
-        self.response = stated.or(by_clock).unwrap_or_default();
+        let by_scatter = if are_both_read && by_clock.is_none() {
+            response_by_scatter(self, turn_share)
+        } else {
+            None
+        };
+        self.response = stated.or(by_clock).or(by_scatter).unwrap_or_default();
         self.response_doubt = ResponseDoubt::about(self.response, by_clock);
         self.is_one_sweep = is_one_sweep(self);
         self.has_response = match self.response {
@@ -211,9 +216,10 @@ impl SpecimenTable {
             ResponseVariable::Force => columns.force.is_some(),
         };
         if stated.is_none() && are_both_read {
-            self.assumptions.push(match by_clock {
-                Some(response) => SpecimenAssumption::ResponseByClock { response },
-                None => SpecimenAssumption::LoadsWereSet,
+            self.assumptions.push(match (by_clock, by_scatter) {
+                (Some(response), _) => SpecimenAssumption::ResponseByClock { response },
+                (None, Some(response)) => SpecimenAssumption::ResponseByScatter { response },
+                (None, None) => SpecimenAssumption::LoadsWereSet,
             });
         }
     }

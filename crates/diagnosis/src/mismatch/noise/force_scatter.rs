@@ -134,7 +134,8 @@ pub(crate) fn positions_of_repeats(observations: &Observations, positions_m: Vec
 }
 
 fn has_positions_of_repeats(observations: &Observations) -> bool {
-    let is_unknown = observations.steps.force_n.is_none() && observations.has_series();
+    let is_unknown = observations.is_recording()
+        || observations.steps.force_n.is_none() && observations.has_series();
     let forces = observations.loads.iter().map(|load| load.force_n);
     let off_n = about_steps(observations, forces.collect());
     let is_repeated = largest(&off_n) < SAME_LOAD * observations.largest_load();

@@ -4,11 +4,14 @@
 //! physics that it does not hold: it goes on from reading to reading, and comes back in every cycle. So many readings say less than so many
 //! independent ones would, and evidence is counted by the independent ones.
 
+use std::ops::Range;
+
 use super::estimated_noise::EstimatedNoise;
 use crate::mismatch::observed::{Observations, ReadingNoise};
 use crate::search::constants::ENOUGH_OF_A_LINE;
 use crate::search::largest;
 use stiffbench_beams::physics::TestObject;
+use stiffbench_numeric::statistics::Differences;
 
 /// Readings of a part from which on they are a recording, of which neighbours show the scatter (1): of fewer the scatter is what a model leaves. By
 /// judgement.
@@ -22,6 +25,34 @@ const MEAN_SQUARE_OF_USED: f64 = 0.4377;
 
 /// Independent values per overlapping second difference of white noise: 18/35.
 const PER_DIFFERENCE: f64 = 18.0 / 35.0;
+
+/// Variance of a mean of products of fourth differences of white noise, over that of independent ones (1): 1 + 2 Σ ρ² with ρ = 56/70, 28/70, 8/70, 1/70.
+const PER_FOURTH_DIFFERENCE: f64 = 2.63;
+
+/// Times the median size of differences beyond which they are steps and turning points of the path (1): four standard deviations.
+const OF_THE_PATH: f64 = 6.0;
+
+/// Standard errors by which the answer must fail to follow what was set (1). By judgement.
+const SEEN: f64 = 2.0;
+
+/// How many readings before and after one tell where on the path it is, the most telling first: at both sides along a slope, at one of a step.
+const BESIDE: [(usize, usize); 8] = [
+    (4, 4),
+    (3, 3),
+    (2, 2),
+    (1, 1),
+    (0, 4),
+    (4, 0),
+    (0, 2),
+    (2, 0),
+];
+
+/// Deviations by errors of what was set beyond which a reading is not moved to the path (1): that between its neighbours differs from it by 1.22 times
+/// as much as its own error. By judgement.
+const OFF_PATH: f64 = 4.0;
+
+/// Errors of what was set beyond this share of all that it moves are no errors of a gauge (1): readings that follow no path look like it. By judgement.
+const LARGEST_ERRORS: f64 = 0.02;
 
 /// Smallest standard deviation, as a share of the largest answer (1): six digits.
 const SIX_DIGITS: f64 = 1e-6;
@@ -40,13 +71,52 @@ impl Observations {
             && self.has_long_runs()
     }
 
+    /// The readings of a recording on the path of what was set, each moved there along the slope of the part; `None` where what was set was read
+    /// without errors that show.
+    ///
+    /// By the value that was read itself, errors of what was set look like a function of it. The neighbours of a reading do not share its error.
+    ///
+    /// # Arguments
+    /// - `residual_m`: what the linear part leaves.
+    /// - `compliance`: what an error of what was set moves, by the linear part.
+    pub(crate) fn on_its_path(&self, residual_m: &[f64], compliance: &[f64]) -> Option<Self> {
+        let moved_m = self.moved_by_errors_of_the_set(residual_m, compliance)?;
+        let mut out = self.clone();
+        for run in &self.runs {
+            let all = run.readings.clone();
+            for reading in all.clone() {
+                let forces = |rows: Range<usize>| rows.map(|row| self.loads[row].force_n);
+                let beside = BESIDE.into_iter().filter_map(|(before, after)| {
+                    let first = reading.checked_sub(before)?;
+                    let last = reading + after;
+                    let is_inside = all.start <= first && last < all.end;
+                    let sum = || {
+                        forces(first..reading)
+                            .chain(forces(reading + 1..last + 1))
+                            .sum::<f64>()
+                    };
+                    is_inside.then(|| sum() / (before + after) as f64)
+                });
+                let mut off_n = beside.map(|force_n| self.loads[reading].force_n - force_n);
+                // Further off are steps of the path and its turning points.
+                if let Some(off_n) =
+                    off_n.find(|off| (compliance[reading] * off).abs() < OFF_PATH * moved_m)
+                {
+                    out.loads[reading].force_n -= off_n;
+                    out.displacement_m[reading] -= compliance[reading] * off_n;
+                }
+            }
+        }
+        Some(out)
+    }
+
     /// The noise of a recording: white, from neighbouring readings, or what a model leaves if that is less.
     ///
     /// # Arguments
     /// - `residual_m`: what the model leaves.
     pub(crate) fn noise_of_neighbours(&self, residual_m: &[f64]) -> EstimatedNoise {
         let largest = largest(&self.displacement_m);
-        let (of_neighbours, dof) = self.scatter_of_neighbours();
+        let (of_neighbours, dof) = self.scatter_of_neighbours(residual_m);
         let floor_m = (self.resolution() / 12.0_f64.sqrt()).max(SIX_DIGITS * largest);
         let left = self.scatter_about_zeros(residual_m);
         let reading_sd_m = of_neighbours.min(left).max(floor_m);
@@ -58,8 +128,9 @@ impl Observations {
         EstimatedNoise::of_readings(noise, dof)
     }
 
-    /// Standard deviation of a reading about the line between its neighbours, and its degrees of freedom.
-    fn scatter_of_neighbours(&self) -> (f64, f64) {
+    /// Standard deviation of what is left of a reading about the line between its neighbours, and its degrees of freedom. Errors of
+    /// what was set are in it, as they are in what a model leaves.
+    fn scatter_of_neighbours(&self, residual_m: &[f64]) -> (f64, f64) {
         let mut squares = Vec::new();
         for run in &self.runs {
             for middle in run.readings.clone().skip(1) {
@@ -77,10 +148,9 @@ impl Observations {
                 } else {
                     (here - before) / (after - before)
                 };
-                let answer = &self.displacement_m;
-                let line = (1.0 - share) * answer[middle - 1] + share * answer[middle + 1];
+                let line = (1.0 - share) * residual_m[middle - 1] + share * residual_m[middle + 1];
                 let variance = 1.0 + share * share + (1.0 - share) * (1.0 - share);
-                squares.push((answer[middle] - line).powi(2) / variance);
+                squares.push((residual_m[middle] - line).powi(2) / variance);
             }
         }
         if squares.len() < ENOUGH_OF_A_LINE {
@@ -93,6 +163,50 @@ impl Observations {
             (mean / MEAN_SQUARE_OF_USED).sqrt(),
             PER_DIFFERENCE * squares.len() as f64,
         )
+    }
+
+    /// Standard deviation by which errors of what was set would move readings if the part followed them, m; `None` where it follows what was read.
+    ///
+    /// The answer follows every true change along the slope of the part, and no error: what is left of it moves against these errors (attenuation:
+    /// Fuller, Measurement Error Models, 1987, section 1.1). Differences of neighbours take the path itself away, but for its steps and turning points.
+    fn moved_by_errors_of_the_set(&self, residual_m: &[f64], compliance: &[f64]) -> Option<f64> {
+        let of_order = |order: Differences| {
+            let mut both: Vec<(f64, f64)> = Vec::new();
+            for run in &self.runs {
+                let expected_m = |row: usize| compliance[row] * self.loads[row].force_n;
+                let expected_m: Vec<f64> = run.readings.clone().map(expected_m).collect();
+                let left_m = &residual_m[run.readings.clone()];
+                both.extend(order.of(&expected_m).zip(order.of(left_m)));
+            }
+            both.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+            let median = both
+                .get(both.len() / 2)
+                .map_or(0.0, |middle| middle.0.abs());
+            both.retain(|(expected_m, _)| expected_m.abs() <= OF_THE_PATH * median);
+            (median / order.variance.sqrt(), both, order)
+        };
+        // In short holds each fourth difference has a step in it, along a sine each second one a curve.
+        let [second, fourth] = [Differences::SECOND, Differences::FOURTH].map(of_order);
+        let (_, both, order) = if second.0 < fourth.0 { second } else { fourth };
+        let (mut against, mut whole, mut error) = (0.0, 0.0, 0.0);
+        for (expected_m, left_m) in &both {
+            against -= expected_m * left_m;
+            whole += expected_m * expected_m;
+            error += (expected_m * left_m).powi(2);
+        }
+        let share = against / whole;
+        let standard_error = (PER_FOURTH_DIFFERENCE * error).sqrt() / whole;
+        let variance = whole / (both.len() as f64 * order.variance);
+        let moved_m = (share.min(1.0) * variance).sqrt();
+        let moves = self.loads.iter().zip(compliance);
+        let largest_m = largest(
+            &moves
+                .map(|(load, c)| c * load.force_n)
+                .collect::<Vec<f64>>(),
+        );
+        // On its path a recording says the same, so that a false alarm costs nothing.
+        let is_seen = share > SEEN * standard_error && moved_m < LARGEST_ERRORS * largest_m;
+        is_seen.then_some(moved_m)
     }
 
     /// Smallest difference between two answers.
@@ -184,6 +298,7 @@ mod tests {
     };
     use crate::tests::normal;
     use stiffbench_beams::physics::LoadPoint;
+    use stiffbench_numeric::statistics::root_mean_square;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
     /// One run of a part along a path.
@@ -253,6 +368,56 @@ mod tests {
         // 514 degrees of freedom of which four fifths are used: the standard error is 4 %.
         let ratio = noise.noise.reading_sd_m / 1e-3;
         assert!((ratio - 1.0).abs() < 0.12, "{ratio}");
+    }
+
+    #[test]
+    fn errors_of_what_was_set_are_told_from_its_path() {
+        // What is read of the path errs by 0.5, the answer by as much: along triangles, and in holds of five readings.
+        let holds = triangle(5)
+            .iter()
+            .map(|x| (x / 20.0).round() * 20.0)
+            .collect();
+        for path in [triangle(5), holds] {
+            let errors = normal(path.len(), 4);
+            let read: Vec<f64> = path.iter().zip(&errors).map(|(x, e)| x + 0.5 * e).collect();
+            let own = normal(path.len(), 5);
+            let answers: Vec<f64> = path
+                .iter()
+                .zip(&own)
+                .map(|(x, e)| 3.0 * x + 1.5 * e)
+                .collect();
+            let compliance = vec![3.0; path.len()];
+            let residual = |table: &Observations| -> Vec<f64> {
+                let both = table.displacement_m.iter().zip(&table.loads);
+                both.map(|(answer, load)| answer - 3.0 * load.force_n)
+                    .collect()
+            };
+            let table = along(&read, answers.clone());
+            let moved = table.on_its_path(&residual(&table), &compliance).unwrap();
+            // Each is moved along the slope, so that a line leaves what it left.
+            for (before, after) in residual(&table).iter().zip(residual(&moved)) {
+                assert!((before - after).abs() < 1e-9);
+            }
+            let off = |table: &Observations| {
+                let both = table.loads.iter().zip(&path);
+                root_mean_square(both.map(|(load, path)| load.force_n - path)).unwrap()
+            };
+            // The mean of eight neighbours errs by a third as much; near turning points and steps it is off them.
+            assert!(
+                off(&moved) < 0.8 * off(&table),
+                "{} {}",
+                off(&moved),
+                off(&table)
+            );
+            // The same errors in what acted move the answer too: then nothing is an error of reading.
+            let followed: Vec<f64> = read
+                .iter()
+                .zip(&own)
+                .map(|(x, e)| 3.0 * x + 1.5 * e)
+                .collect();
+            let table = along(&read, followed);
+            assert!(table.on_its_path(&residual(&table), &compliance).is_none());
+        }
     }
 
     #[test]

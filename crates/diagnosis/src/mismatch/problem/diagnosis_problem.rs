@@ -195,6 +195,20 @@ impl<'a> DiagnosisProblem<'a> {
         Ok(state)
     }
 
+    /// The readings of a recording on the path of what was set, if it was read with errors that show.
+    pub(crate) fn readings_on_path(
+        &self,
+        options: &SearchOptions,
+    ) -> Result<Option<Observations>, MismatchError> {
+        if !self.observations.is_recording() {
+            return Ok(None);
+        }
+        let model = self.state_of(self.start(), options.noise)?.fitted.model;
+        let residual_m = self.raw_residuals(&model)?;
+        let compliance = self.slope(&model)?.compliance;
+        Ok(self.observations.on_its_path(&residual_m, &compliance))
+    }
+
     /// The noise that a model leaves, by the readings and what is known beforehand.
     pub(crate) fn noise_of(
         &self,

@@ -100,8 +100,8 @@ impl<'a> Decomposition<'a> {
             let without = fit(plan.basis, plan.stages[0], common);
             let with = fit(plan.basis, plan.stages[1], &all);
             let dof = match plan.error {
-                ErrorTerm::RunSlope => run_slope[1].rank - run_slope[0].rank,
-                ErrorTerm::RunZero => run_zero[1].rank - run_zero[0].rank,
+                ErrorTerm::RunSlope => run_slope[1].rank.saturating_sub(run_slope[0].rank),
+                ErrorTerm::RunZero => run_zero[1].rank.saturating_sub(run_zero[0].rank),
                 ErrorTerm::Pure => observations.len().saturating_sub(pure.rank),
             };
             let why = if observations.free_zeros && plan.contrast == Contrast::CellOffset {
