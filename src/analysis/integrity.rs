@@ -171,7 +171,7 @@ impl JournalCheck {
     /// The comparison for programs.
     #[must_use]
     pub fn report(&self, file: &Path) -> TableCheck {
-        let differences = Differences {
+        let differences = ReportDifferences {
             changed: self.changes(file),
             marked: marks(file, &self.table),
             not_in_journal: self.table.unknown.clone(),
@@ -192,9 +192,9 @@ pub enum TableCheck {
     /// There is no journal that it could be compared with.
     NotProtected,
     /// Every number is that of the journal.
-    AsRecorded(Differences),
+    AsRecorded(ReportDifferences),
     /// Some numbers are not those of the journal.
-    Changed(Differences),
+    Changed(ReportDifferences),
     /// There is no table.
     Missing,
     /// It has no reading yet.
@@ -208,7 +208,7 @@ pub enum TableCheck {
 
 /// How a table differs from its journal.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Differences {
+pub struct ReportDifferences {
     /// Changed numbers, in words.
     pub changed: Vec<String>,
     /// Changed marks such as a status or a comment, in words.

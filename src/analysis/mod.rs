@@ -74,7 +74,7 @@ pub use hash::sha256;
 pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
-    Differences, JournalCheck, TableCheck, compare_with_journal, header_sha256, shortened,
+    JournalCheck, ReportDifferences, TableCheck, compare_with_journal, header_sha256, shortened,
 };
 pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};

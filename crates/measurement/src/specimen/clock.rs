@@ -85,7 +85,7 @@ pub(super) fn response_by_scatter(
     }
     both.into_iter().find(|response| {
         let [set, answer] = [*response, response.other()].map(|one| own_scatter(table, one));
-        answer > CLEARLY * set
+        set < FOLLOWS && CLEARLY * set < answer
     })
 }
 
@@ -98,8 +98,8 @@ fn of_runs(table: &SpecimenTable, response: ResponseVariable) -> Vec<Vec<f64>> {
     runs
 }
 
-/// Root mean square of the fourth differences of what was set where those of the other quantity are small, as a share of its range: what moves both
-/// is no scatter, in ramps or in steps.
+/// Scatter of what was set by its fourth differences where those of the other quantity are small, as a share of its range: what moves both is no
+/// scatter, in ramps or in steps.
 fn own_scatter(table: &SpecimenTable, response: ResponseVariable) -> f64 {
     let [own, other] = [response, response.other()].map(|quantity| -> Vec<f64> {
         let runs = of_runs(table, quantity);
@@ -114,7 +114,8 @@ fn own_scatter(table: &SpecimenTable, response: ResponseVariable) -> f64 {
     }
     both.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let used = both[..both.len() / 2].iter().map(|(own, _)| *own);
-    root_mean_square(used).unwrap_or(0.0) / range(table, response)
+    let fourth = root_mean_square(used).unwrap_or(0.0);
+    fourth / Differences::FOURTH.variance.sqrt() / range(table, response)
 }
 
 /// Scatter of neighbouring readings of what was set, as a share of its range.

@@ -116,7 +116,7 @@ impl Observations {
     /// - `residual_m`: what the model leaves.
     pub(crate) fn noise_of_neighbours(&self, residual_m: &[f64]) -> EstimatedNoise {
         let largest = largest(&self.displacement_m);
-        let (of_neighbours, dof) = self.scatter_of_neighbours(residual_m);
+        let (of_neighbours, dof) = self.scatter_of_neighbours();
         let floor_m = (self.resolution() / 12.0_f64.sqrt()).max(SIX_DIGITS * largest);
         let left = self.scatter_about_zeros(residual_m);
         let reading_sd_m = of_neighbours.min(left).max(floor_m);
@@ -128,9 +128,8 @@ impl Observations {
         EstimatedNoise::of_readings(noise, dof)
     }
 
-    /// Standard deviation of what is left of a reading about the line between its neighbours, and its degrees of freedom. Errors of
-    /// what was set are in it, as they are in what a model leaves.
-    fn scatter_of_neighbours(&self, residual_m: &[f64]) -> (f64, f64) {
+    /// Standard deviation of a reading about the line between its neighbours, and its degrees of freedom.
+    fn scatter_of_neighbours(&self) -> (f64, f64) {
         let mut squares = Vec::new();
         for run in &self.runs {
             for middle in run.readings.clone().skip(1) {
@@ -148,9 +147,10 @@ impl Observations {
                 } else {
                     (here - before) / (after - before)
                 };
-                let line = (1.0 - share) * residual_m[middle - 1] + share * residual_m[middle + 1];
+                let answer = &self.displacement_m;
+                let line = (1.0 - share) * answer[middle - 1] + share * answer[middle + 1];
                 let variance = 1.0 + share * share + (1.0 - share) * (1.0 - share);
-                squares.push((residual_m[middle] - line).powi(2) / variance);
+                squares.push((answer[middle] - line).powi(2) / variance);
             }
         }
         if squares.len() < ENOUGH_OF_A_LINE {
