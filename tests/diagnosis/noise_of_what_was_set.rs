@@ -28,7 +28,7 @@ fn verdict(force_n: impl Fn(u32) -> f64, noise_n: f64, seed: u64) -> String {
     let desk = TempDir::new().unwrap();
     let file = desk.path().join("part.csv");
     std::fs::write(&file, table).unwrap();
-    let command = format!("part diagnose {} --response displacement", file.display());
+    let command = format!("part diagnose {}", file.display());
     json(&command, &[])["data"]["verdict"].word().to_owned()
 }
 

@@ -109,7 +109,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         &parameters,
         &mut outcome.estimates,
         ["data", "other factors"],
-        [
+        &[
             counted(training.values(), "cell"),
             counted(free, "free factor"),
         ],

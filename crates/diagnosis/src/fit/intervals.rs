@@ -165,7 +165,7 @@ impl Profiled {
         parameters: &FitParameters,
         estimates: &mut [FactorEstimate],
         names: [&str; 2],
-        counts: [String; 2],
+        counts: &[String; 2],
     ) -> Vec<String> {
         let Some(covariance) = &self.covariance else {
             return vec![format!(

@@ -19,9 +19,6 @@ const FOLLOWS: f64 = 0.01;
 /// By how much the other quantity is further off, as a ratio of root mean squares (1). By judgement.
 const CLEARLY: f64 = 2.0;
 
-/// Times its scatter by which a quantity may be off a ramp that it follows (1). By judgement.
-const ABOUT_A_RAMP: f64 = 1.2;
-
 /// Share by which rates may differ that are one (1). By judgement.
 const ONE_RATE: f64 = 0.05;
 
@@ -53,14 +50,9 @@ pub(super) fn response_by_clock(
 ) -> Option<ResponseVariable> {
     let both = [ResponseVariable::Displacement, ResponseVariable::Force];
     let mut shown = both.into_iter().filter(|response| {
-        let [set_scatter, scatter] =
-            [*response, response.other()].map(|one| scatter_of_driver(table, one));
         let off = off_the_clock(table, *response, turn_share);
-        off.is_some_and(|[set, answer]| {
-            // Beyond its own scatter: noise about a ramp is a ramp.
-            let beyond = (answer.powi(2) - (ABOUT_A_RAMP * scatter).powi(2)).max(0.0);
-            set < FOLLOWS && CLEARLY * set < beyond.sqrt()
-        }) && set_scatter <= scatter
+        off.is_some_and(|[set, answer]| set < FOLLOWS && CLEARLY * set < answer)
+            && scatter_of_driver(table, *response) <= scatter_of_driver(table, response.other())
     });
     let first = shown.next();
     first.filter(|_| shown.next().is_none())

@@ -117,7 +117,7 @@ pub fn fit_load_cases(
         &parameters,
         &mut outcome.estimates,
         ["poses", "others"],
-        [
+        &[
             counted(components, "component"),
             counted(free, "free parameter"),
         ],
