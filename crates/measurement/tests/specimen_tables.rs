@@ -731,8 +731,8 @@ fn where_the_clock_shows_nothing_the_noisier_quantity_is_the_response() {
     let noise = |step: i32, seed: f64| (f64::from(step) * 2.4 + seed).sin() * 2_f64.sqrt();
     // Beyond its preload the part is four times softer, and the travel was set in steps four times as long.
     let soft = |step: i32| 20.0 * f64::from(step.min(30) + 4 * (step - 30).max(0));
-    // Six readings at each of ten levels: between levels both quantities jump.
-    let held = |step: i32| f64::from(step / 6);
+    // Twelve readings at each of five levels: between levels both quantities jump.
+    let held = |step: i32| f64::from(step / 12);
     // Every other reading another load: what neighbours differ by is no scatter.
     let shuffled = |step: i32| f64::from((step * 37) % 60);
     let of = |set: &dyn Fn(i32) -> [f64; 2], noise_of: [f64; 2]| {
