@@ -39,11 +39,17 @@ fn noise_of_the_force_gauge_is_no_physics() {
     let steps = |place: u32| (ramps(place / 5) / 10.0).round() * 10.0;
     let mut alarms = Vec::new();
     for seed in 0..8 {
-        let ramped = [0.02, 0.05, 0.1].map(|noise_n| (noise_n, verdict(ramps, noise_n, seed)));
-        let stepped = (0.02, verdict(steps, 0.02, seed));
-        let all = ramped.into_iter().chain([stepped]);
-        alarms.extend(all.filter(|(_, verdict)| verdict != "nothing-missing"));
+        for noise_n in [0.02, 0.05, 0.1] {
+            let both = [
+                ("ramps", verdict(ramps, noise_n, seed)),
+                ("steps", verdict(steps, noise_n, seed)),
+            ];
+            let alarm = both
+                .into_iter()
+                .filter(|(_, verdict)| verdict != "nothing-missing");
+            alarms.extend(alarm.map(|(path, verdict)| (path, noise_n, seed, verdict)));
+        }
     }
-    // Of 32 with 6 % each five and more come once in thirty.
-    assert!(alarms.len() < 5, "{alarms:?}");
+    // Of 48 with 6 % each seven and more come once in thirty.
+    assert!(alarms.len() < 7, "{alarms:?}");
 }

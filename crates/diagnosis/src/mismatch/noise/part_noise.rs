@@ -4,14 +4,12 @@
 //! physics that it does not hold: it goes on from reading to reading, and comes back in every cycle. So many readings say less than so many
 //! independent ones would, and evidence is counted by the independent ones.
 
-use std::ops::Range;
-
 use super::estimated_noise::EstimatedNoise;
-use crate::mismatch::observed::{Observations, ReadingNoise};
+use crate::mismatch::observed::{Observations, OnPath, ReadingNoise};
 use crate::search::constants::ENOUGH_OF_A_LINE;
 use crate::search::largest;
 use stiffbench_beams::physics::TestObject;
-use stiffbench_numeric::statistics::Differences;
+use stiffbench_numeric::statistics::{Differences, mean, root_mean_square};
 
 /// Readings of a part from which on they are a recording, of which neighbours show the scatter (1): of fewer the scatter is what a model leaves. By
 /// judgement.
@@ -74,26 +72,39 @@ impl Observations {
     /// The readings of a recording on the path of what was set, each moved there along the slope of the part; `None` where what was set was read
     /// without errors that show.
     ///
-    /// By the value that was read itself, errors of what was set look like a function of it. The neighbours of a reading do not share its error.
+    /// By the value that was read itself, errors of what was set look like a function of it. The neighbours of a reading do not share its error; and
+    /// what their answers show of their own errors is taken out of them, so that what is left of these is independent of what the part leaves.
     ///
     /// # Arguments
     /// - `residual_m`: what the linear part leaves.
     /// - `compliance`: what an error of what was set moves, by the linear part.
     pub(crate) fn on_its_path(&self, residual_m: &[f64], compliance: &[f64]) -> Option<Self> {
         let moved_m = self.moved_by_errors_of_the_set(residual_m, compliance)?;
+        let error_n = moved_m / root_mean_square(compliance.iter().copied())?;
         let mut out = self.clone();
+        out.on_path = Some(OnPath {
+            error_n,
+            resolution_m: self.resolution(),
+        });
+        // The best linear prediction of an error from what is left at its reading; of physics that is left there it takes next to nothing.
+        let share = (moved_m / self.scatter_about_zeros(residual_m))
+            .powi(2)
+            .min(1.0);
         for run in &self.runs {
             let all = run.readings.clone();
+            let zero_m = mean(&residual_m[all.clone()]).unwrap_or(0.0);
+            let acted = |row: usize| {
+                let error_n = share * (residual_m[row] - zero_m) / compliance[row];
+                self.loads[row].force_n + error_n
+            };
             for reading in all.clone() {
-                let forces = |rows: Range<usize>| rows.map(|row| self.loads[row].force_n);
                 let beside = BESIDE.into_iter().filter_map(|(before, after)| {
                     let first = reading.checked_sub(before)?;
                     let last = reading + after;
                     let is_inside = all.start <= first && last < all.end;
                     let sum = || {
-                        forces(first..reading)
-                            .chain(forces(reading + 1..last + 1))
-                            .sum::<f64>()
+                        let rows = (first..reading).chain(reading + 1..last + 1);
+                        rows.map(acted).sum::<f64>()
                     };
                     is_inside.then(|| sum() / (before + after) as f64)
                 });
@@ -130,6 +141,10 @@ impl Observations {
 
     /// Standard deviation of a reading about the line between its neighbours, and its degrees of freedom.
     fn scatter_of_neighbours(&self) -> (f64, f64) {
+        // Where the path stands still, what is left of errors of the set is related to those of the answer.
+        let held = self
+            .on_path
+            .map_or(0.0, |on_path| OFF_PATH * on_path.error_n);
         let mut squares = Vec::new();
         for run in &self.runs {
             for middle in run.readings.clone().skip(1) {
@@ -137,15 +152,16 @@ impl Observations {
                     break;
                 }
                 let driver = |reading: usize| self.loads[reading].force_n;
-                let (before, here, after) =
-                    (driver(middle - 1), driver(middle), driver(middle + 1));
-                if (here - before) * (after - here) < 0.0 {
+                let [to, from] = [(middle - 1, middle), (middle, middle + 1)]
+                    .map(|(first, second)| driver(second) - driver(first))
+                    .map(|moved| if moved.abs() < held { 0.0 } else { moved });
+                if to * from < 0.0 {
                     continue;
                 }
-                let share = if after == before {
+                let share = if to + from == 0.0 {
                     0.5
                 } else {
-                    (here - before) / (after - before)
+                    to / (to + from)
                 };
                 let answer = &self.displacement_m;
                 let line = (1.0 - share) * answer[middle - 1] + share * answer[middle + 1];
@@ -209,8 +225,11 @@ impl Observations {
         is_seen.then_some(moved_m)
     }
 
-    /// Smallest difference between two answers.
+    /// Smallest difference between two answers that were read.
     fn resolution(&self) -> f64 {
+        if let Some(on_path) = self.on_path {
+            return on_path.resolution_m;
+        }
         let mut sorted = self.displacement_m.clone();
         sorted.sort_by(f64::total_cmp);
         let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
@@ -298,7 +317,6 @@ mod tests {
     };
     use crate::tests::normal;
     use stiffbench_beams::physics::LoadPoint;
-    use stiffbench_numeric::statistics::root_mean_square;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
     /// One run of a part along a path.

@@ -17,6 +17,6 @@ pub(crate) use joined_sessions::NoisePart;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ObservedSession, Recorded,
 };
-pub(crate) use observations::{ReadingClock, about_means, load_point};
+pub(crate) use observations::{OnPath, ReadingClock, about_means, load_point};
 pub use plan::{PlannedCell, PlannedLoad};
 pub use reading_noise::{GaugeNoise, ReadingNoise};

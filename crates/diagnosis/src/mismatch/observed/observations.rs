@@ -188,6 +188,17 @@ pub struct Observations {
     pub beginnings: Beginnings,
     /// Of absolute positions where a tracker stands, and which point of the tool it sees: what was read is counted from the rigid robot there.
     pub tracker: Option<TrackerFrames>,
+    /// What readings were before they were moved to the path of what was set.
+    pub(crate) on_path: Option<OnPath>,
+}
+
+/// Readings of a part that were moved to the path of what was set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct OnPath {
+    /// Standard deviation of the errors by which what was set was read, in the unit of loads.
+    pub(crate) error_n: f64,
+    /// Smallest difference between two answers as they were read, m.
+    pub(crate) resolution_m: f64,
 }
 
 /// What tells when a reading was taken.
@@ -288,6 +299,7 @@ impl Observations {
             histories: Vec::new(),
             beginnings: Beginnings::default(),
             tracker: None,
+            on_path: None,
         }
     }
 
@@ -527,6 +539,7 @@ impl Observations {
             response_doubt: self.response_doubt,
             clock: self.clock,
             tracker: self.tracker,
+            on_path: self.on_path,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),
             beginnings: self.beginnings.clone(),
             ..Self::without_readings(self.steps, self.recorded)
