@@ -73,13 +73,12 @@ pub use map::points_parquet;
 pub use map::{
     DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives,
     LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
-    MechanismWeight, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
+    MechanismWeight, PaperCell, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
     SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics,
     ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose, points_csv, sensitivity_document,
 };
 pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
-pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
