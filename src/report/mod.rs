@@ -90,7 +90,7 @@ pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
-pub use stiffbench_document::{Document, DocumentBlock, Table, numbers, words};
+pub use stiffbench_document::{Document, DocumentBlock, Table};
 pub use stiffness::stiffness_document;
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};

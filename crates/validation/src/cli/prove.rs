@@ -13,8 +13,8 @@ use crate::prove::{
     beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, unseal,
 };
 use crate::report::{
-    BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
-    ProveReport, calibration_text, concealed_text, doors_text, forced_text, idealised_text,
+    CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts, ProveReport,
+    blind_verdicts, calibration_text, concealed_text, doors_text, forced_text, idealised_text,
     power_figure, power_text,
 };
 use stiffbench::mismatch::SearchOptions;
@@ -163,7 +163,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     };
     let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
     bar.finish_and_clear();
-    let written = format!("{:#}\n", json!(BlindVerdicts::new(&verdicts, args.seed)));
+    let written = format!("{:#}\n", blind_verdicts(&verdicts, args.seed));
     write_again(&args.out.join("verdicts.json"), written.as_bytes())?;
 
     let mut answers = unsealed(&folder.join(ANSWERS))?;

@@ -8,14 +8,11 @@ pub(crate) use args::ReferenceArgs;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use crate::reference::ReferenceRecord;
-use crate::report::{ReferenceSummary, reference_report};
+use crate::report::reference_summary;
 use stiffbench::analysis::{AnalysisError, ReadError, robot_source, sha256};
-use stiffbench::fit::CellModel;
-use stiffbench::robot::{FittingFactors, Robot};
-use stiffbench::test_point::{Cell, Direction, PoseId};
+use stiffbench::robot::Robot;
 
 use args::{ReferenceCommand, ReferenceCompareArgs};
 use stiffbench::cli::args::Global;
@@ -28,9 +25,6 @@ const RECORDED: &str = include_str!("../../../../../data/reference/hp-robot-P1/r
 const MODEL_FILE: &str = "model.json";
 const RECORD_FILE: &str = "reference.json";
 const LIST_FILE: &str = "reference.csv";
-
-/// Solutions that are timed: enough for a tenth of a second of work.
-const TIMED_SOLVES: u32 = 1000;
 
 /// A reference of solids: written, run, compared.
 pub(crate) fn run(args: &ReferenceArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -70,25 +64,14 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
     let source = robot_source(args.robot.as_deref().unwrap_or(&record.model.robot), None)?;
     let robot = Robot::parse(&source)?;
     let mechanism = robot.mechanism(Some(&record.model.mechanism))?;
-    let mut report = reference_report(&robot, mechanism, &record)?;
-    if let Some(pose) = report.poses.first() {
-        let factors = FittingFactors::of_classes(pose.factors, pose.factors);
-        let cells = [Cell::new(PoseId::new(&pose.model.pose), Direction::X)];
-        let started = Instant::now();
-        for _ in 0..TIMED_SOLVES {
-            // As a new run of the paper's program would: structure, assembly, solution.
-            CellModel::new(&robot, mechanism, &[], &cells)?.stiffness(&factors)?;
-        }
-        report.seconds_per_solve = started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES);
-    }
+    let summary = reference_summary(&robot, mechanism, &record)?;
     let mut warnings = robot.warnings.clone();
-    warnings.extend(report.notes());
+    warnings.extend(summary.notes());
     if sha256(&source.text) != record.model.robot_sha256 {
         warnings.push(format!(
             "{} is not the file the reference was made of: its SHA-256 differs",
             source.name
         ));
     }
-    let data = ReferenceSummary::new(&report);
-    Ok(Outcome::new("reference-compare", report.text(), data).with_warnings(warnings))
+    Ok(Outcome::new("reference-compare", summary.text(), summary).with_warnings(warnings))
 }

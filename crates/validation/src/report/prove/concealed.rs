@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, Score, Set, Share, VerdictOutcome, criteria};
 
 use super::{criteria_table, share_words};
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 /// What the modes of concealment are.
 const MODES: [(&str, &str); 10] = [
@@ -53,30 +53,26 @@ pub fn concealed_text(scores: &[Score]) -> String {
 
 fn modes_table(scores: &[Score]) -> String {
     let outcomes: BTreeSet<VerdictOutcome> = scores.iter().map(|score| score.outcome).collect();
-    let counted = outcomes.iter().map(|outcome| numbers(outcome.to_string()));
-    let columns = [words("mode"), numbers("sessions")]
-        .into_iter()
-        .chain(counted);
-    let mut rows = Table::new(columns.chain(["right, %", "95 % interval"].map(numbers)));
-    let mut add = |name: String, of_mode: &[&Score]| {
-        let mut cells = vec![name, of_mode.len().to_string()];
-        for outcome in &outcomes {
-            let count = of_mode.iter().filter(|s| s.outcome == *outcome).count();
-            cells.push(count.to_string());
-        }
-        let right = Share::of(of_mode.iter(), |score| score.outcome.is_right());
-        let [_, share, interval] = share_words(&right);
-        cells.extend([share, interval]);
-        rows.row(cells);
-    };
-    for (mode, what) in MODES {
-        let of_mode: Vec<&Score> = scores.iter().filter(|s| s.mode == mode).collect();
-        if !of_mode.is_empty() {
-            add(format!("{mode}: {what}"), &of_mode);
-        }
-    }
-    add("all".to_owned(), &scores.iter().collect::<Vec<_>>());
-    rows.text()
+    let modes = MODES.iter().map(|(mode, what)| {
+        let of_mode: Vec<&Score> = scores.iter().filter(|s| s.mode == *mode).collect();
+        (format!("{mode}: {what}"), of_mode)
+    });
+    let mut modes: Vec<(String, Vec<&Score>)> = modes.collect();
+    modes.retain(|(_, of_mode)| !of_mode.is_empty());
+    modes.push(("all".to_owned(), scores.iter().collect()));
+    Table::of(modes)
+        .words("mode", |(name, _)| name.clone())
+        .numbers("sessions", |(_, of_mode)| of_mode.len())
+        .numbers_each(outcomes.iter().map(ToString::to_string), |(_, of_mode)| {
+            let count = |outcome| of_mode.iter().filter(|s| s.outcome == outcome).count();
+            outcomes.iter().copied().map(count).collect::<Vec<_>>()
+        })
+        .numbers_each(["right, %", "95 % interval"], |(_, of_mode)| {
+            let right = Share::of(of_mode, |score| score.outcome.is_right());
+            let [_, share, interval] = share_words(&right);
+            [share, interval]
+        })
+        .text()
 }
 
 fn failures(scores: &[Score]) -> String {

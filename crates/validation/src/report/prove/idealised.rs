@@ -7,7 +7,7 @@ use crate::prove::{ErrorRow, PlaceErrors};
 use stiffbench::mismatch::DesignReport;
 use stiffbench::physics::Law;
 use stiffbench::quantity::METRES_PER_MICROMETRE;
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 fn um(length_m: f64) -> f64 {
     length_m / METRES_PER_MICROMETRE
@@ -16,24 +16,22 @@ fn um(length_m: f64) -> f64 {
 /// The table: smallest, middle and largest over the places of a law.
 #[must_use]
 pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorRow]) -> String {
-    let benches = benches.iter().map(|bench| numbers(format!("{bench}, um")));
-    let columns = [words("law"), numbers("idealised bench, um")];
-    let mut table = Table::new(columns.into_iter().chain(benches));
-    for row in rows {
-        let mut cells = vec![
-            row.law.name.to_owned(),
-            format!("{:.2}", um(row.idealised_m)),
-        ];
-        cells.extend(row.plans.iter().map(|plan| match plan {
-            None => "not shown".to_owned(),
-            Some(found) if found.places == 1 => format!("{:.2}", um(found.error_m[0])),
-            Some(found) => {
-                let [least, middle, most] = found.error_m.map(um);
-                format!("{least:.2} to {most:.2}, middle {middle:.2}")
-            }
-        }));
-        table.row(cells);
-    }
+    let of_plan = |plan: &Option<PlaceErrors>| match plan {
+        None => "not shown".to_owned(),
+        Some(found) if found.places == 1 => format!("{:.2}", um(found.error_m[0])),
+        Some(found) => {
+            let [least, middle, most] = found.error_m.map(um);
+            format!("{least:.2} to {most:.2}, middle {middle:.2}")
+        }
+    };
+    let table = Table::of(rows)
+        .words("law", |row| row.law.name)
+        .numbers("idealised bench, um", |row| {
+            format!("{:.2}", um(row.idealised_m))
+        })
+        .numbers_each(benches.iter().map(|bench| format!("{bench}, um")), |row| {
+            row.plans.iter().map(of_plan).collect::<Vec<_>>()
+        });
     let readings: Vec<String> = plans
         .iter()
         .map(|plan| format!("{} readings by {}", plan.readings, plan.procedure))
