@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use stiffbench::analysis::Failure;
 use stiffbench_diagnosis::mismatch::{
     Diagnosis, LawCriticalValues, MismatchError, SearchOptions, diagnose, screen_data,
 };
 
-use super::error::ProveError;
 use super::session::ValidationSession;
 
 /// A verdict that was given before any answer was opened.
@@ -19,7 +19,7 @@ pub struct BlindVerdict {
     /// Robot and mechanism in words.
     pub bench: String,
     /// The diagnosis, or why there is none.
-    pub diagnosis: Result<Diagnosis, ProveError>,
+    pub diagnosis: Result<Diagnosis, Failure>,
 }
 
 /// Diagnoses all sessions; the verdicts stand in the order of the sessions, and are the same for any number of threads.

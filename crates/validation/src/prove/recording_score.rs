@@ -1,6 +1,7 @@
 //! What was said of a recording, compared with its known answer. The rules stand in `data/recordings/README.md`.
 
 use std::collections::BTreeSet;
+use stiffbench::analysis::Failure;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -11,7 +12,6 @@ use stiffbench_diagnosis::mismatch::{
 use stiffbench_measurement::specimen::SpecimenTable;
 
 use super::answer_text::diagnosis_words;
-use super::error::ProveError;
 use super::recordings::Recording;
 
 /// How an answer counts.
@@ -198,12 +198,12 @@ fn outcome(
 /// Diagnoses a table without a robot and compares the verdict with the known answer.
 ///
 /// # Errors
-/// [`ProveError::Mismatch`].
+/// If it cannot be computed.
 pub fn score_recording(
     recording: &Recording,
     table: &SpecimenTable,
     seed: u64,
-) -> Result<RecordingScore, ProveError> {
+) -> Result<RecordingScore, Failure> {
     let (line, observations) = Line::of_table(table)?;
     let options = SearchOptions {
         seed,

@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use sha2::{Digest, Sha256};
 
+use stiffbench::analysis::Failure;
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
@@ -57,7 +58,7 @@ impl ValidationSession {
     ///
     /// # Errors
     /// [`ProveError`] if a text is not what it must be.
-    pub fn read(texts: &SessionTexts) -> Result<Self, ProveError> {
+    pub fn read(texts: &SessionTexts) -> Result<Self, Failure> {
         let robot = Robot::parse(&texts.robot)?;
         let header = SessionHeader::from_toml(&texts.header.name, &texts.header.text)?.header;
         let readings = Cursor::new(texts.readings.as_bytes());
@@ -79,7 +80,7 @@ impl ValidationSession {
         source: &SourceText,
         mechanism: Option<&str>,
         procedure: &Procedure,
-    ) -> Result<Self, ProveError> {
+    ) -> Result<Self, Failure> {
         let robot = Robot::parse(source)?;
         let chosen = robot.mechanism(mechanism)?;
         let factors = robot.with_own_springs(&robot.default_factors().1);
@@ -105,7 +106,7 @@ impl ValidationSession {
         (factors, choice): (FittingFactors, ParameterChoice),
         table: &ReadingTable,
         header: &SessionHeader,
-    ) -> Result<Self, ProveError> {
+    ) -> Result<Self, Failure> {
         let mechanism = robot.mechanism(header.mechanism.as_deref())?.name.clone();
         let observations = Observations::new(table, Some(header));
         let poses = observations
@@ -128,8 +129,8 @@ impl ValidationSession {
     /// The beam model that the readings are compared with.
     ///
     /// # Errors
-    /// [`ProveError::Robot`].
-    pub fn baseline(&self) -> Result<RobotBaseline<'_>, ProveError> {
+    /// If it cannot be computed.
+    pub fn baseline(&self) -> Result<RobotBaseline<'_>, Failure> {
         let mechanism = self.robot.mechanism(Some(&self.mechanism))?;
         Ok(RobotBaseline::new(
             &self.robot,

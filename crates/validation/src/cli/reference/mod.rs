@@ -35,13 +35,13 @@ pub(crate) fn run(args: &ReferenceArgs, global: &Global) -> Result<Outcome, Fail
     }
 }
 
-fn read(path: &Path) -> Result<String, AnalysisError> {
+fn read(path: &Path) -> Result<String, Failure> {
     fs::read_to_string(path).map_err(|source| {
         if source.kind() == std::io::ErrorKind::NotFound {
-            return AnalysisError::NotFound {
+            return Failure::from(AnalysisError::NotFound {
                 path: path.to_owned(),
                 help: "stiffbench-validate reference export writes a model, stiffbench-validate reference run its results".to_owned(),
-            };
+            });
         }
         ReadError::of(path)(source).into()
     })
