@@ -14,8 +14,8 @@ use crate::prove::{
 };
 use crate::report::{
     CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts, ProveReport,
-    blind_verdicts, calibration_text, concealed_text, doors_text, forced_text, idealised_text,
-    power_figure, power_text,
+    blind_verdicts, calibration_text, doors_text, forced_text, idealised_text, power_figure,
+    power_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Effect, Law, TestObject, laws};
@@ -184,8 +184,9 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
             Ok(score(verdict, answer, *set, &between)?)
         })
         .collect::<Result<Vec<_>, Failure>>()?;
-    done.text.push_str(&concealed_text(&scores));
-    done.parts.concealed = Some(ConcealedReport::new(&scores));
+    let report = ConcealedReport::new(&scores);
+    done.text.push_str(&report.text());
+    done.parts.concealed = Some(report);
     Ok(())
 }
 

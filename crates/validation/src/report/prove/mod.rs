@@ -10,7 +10,7 @@ mod recordings;
 mod verdicts;
 
 pub use calibration::{CalibrationReport, calibration_text};
-pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
+pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport};
 pub use doors::{DoorsReport, doors_text};
 pub use forced::forced_text;
 pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
