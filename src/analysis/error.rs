@@ -244,6 +244,13 @@ impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
     }
 }
 
+impl From<Failure> for Box<dyn std::error::Error> {
+    /// The error, without the warnings.
+    fn from(failure: Failure) -> Self {
+        failure.report.into()
+    }
+}
+
 impl std::fmt::Display for Failure {
     /// What went wrong, without its causes.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

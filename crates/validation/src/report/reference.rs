@@ -5,7 +5,6 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -27,9 +26,6 @@ use super::table_iv::{PaperRow, PaperTableIv};
 use stiffbench::report::{Table, significant};
 
 const UM_PER_M: f64 = 1e6;
-
-/// Solutions that are timed: enough for a clock of microseconds.
-const TIMED_SOLVES: u32 = 1000;
 
 /// A model that was written.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -139,7 +135,8 @@ pub struct PaperReferenceSummary {
     pub largest_difference_percent: f64,
 }
 
-/// Fits single-pose factors to the smallest loads of each pose and compares every load with them.
+/// Fits single-pose factors to the smallest loads of each pose and compares every load with them; `timed` times a solution of the first
+/// pose, s.
 ///
 /// # Errors
 /// [`FitError`] if a pose of the reference lacks a direction, or the robot a pose.
@@ -147,6 +144,7 @@ pub fn reference_summary(
     robot: &Robot,
     mechanism: &Mechanism,
     record: &ReferenceRecord,
+    timed: impl Fn(&ReferencePoseSummary) -> Result<f64, FitError>,
 ) -> Result<ReferenceSummary, FitError> {
     let with_results = |model: &&PoseModel| {
         let mut cells = record.cells.iter();
@@ -157,7 +155,7 @@ pub fn reference_summary(
         .map(|model| compare_pose(robot, mechanism, record, model))
         .collect::<Result<Vec<_>, _>>()?;
     let seconds_per_solve = match poses.first() {
-        Some(pose) => seconds_per_solve(robot, mechanism, pose)?,
+        Some(pose) => timed(pose)?,
         None => f64::NAN,
     };
     for pose in &mut poses {
@@ -179,22 +177,6 @@ pub fn reference_summary(
             largest_difference_percent: paper.largest_percent(),
         },
     })
-}
-
-/// Time of one solution of the beams fitted to a pose, s.
-fn seconds_per_solve(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    pose: &ReferencePoseSummary,
-) -> Result<f64, FitError> {
-    let ReferenceFactors { a, iy, iz, j } = pose.factors;
-    let factors = FittingFactors::of_classes([a, iy, iz, j], [a, iy, iz, j]);
-    let cells = [Cell::new(PoseId::new(&pose.pose), Direction::X)];
-    let started = Instant::now();
-    for _ in 0..TIMED_SOLVES {
-        CellModel::new(robot, mechanism, &[], &cells)?.stiffness(&factors)?;
-    }
-    Ok(started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES))
 }
 
 fn compare_pose(
@@ -322,6 +304,15 @@ fn fixed(value: f64, decimals: usize) -> String {
     match text.strip_prefix('-') {
         Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.to_owned(),
         _ => text,
+    }
+}
+
+impl ReferenceFactors {
+    /// The same for beams and links.
+    #[must_use]
+    pub fn of_both_classes(&self) -> FittingFactors {
+        let Self { a, iy, iz, j } = *self;
+        FittingFactors::of_classes([a, iy, iz, j], [a, iy, iz, j])
     }
 }
 

@@ -13,7 +13,7 @@ pub use calibration::{CalibrationReport, calibration_text};
 pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport};
 pub use doors::{DoorsReport, doors_text};
 pub use forced::forced_text;
-pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
+pub use idealised::idealised_text;
 pub use power::{PowerReport, power_figure, power_text};
 pub use recordings::{RecordingTotals, RecordingVerdict, RecordingsReport, recordings_text};
 pub use verdicts::blind_verdicts;
@@ -21,7 +21,7 @@ pub use verdicts::blind_verdicts;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{AcceptanceCriterion, ForcedPoint, Share, Target};
+use crate::prove::{AcceptanceCriterion, ForcedPoint, IdealisedErrors, Share, Target};
 
 use stiffbench::report::Table;
 
