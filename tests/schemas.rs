@@ -232,8 +232,8 @@ fn seen(given: &[&str], commands: &[&str]) -> BTreeSet<String> {
     seen
 }
 
-/// Kinds that a command of another test prints: `demo` in `cli::files`, `paper` in the tests of `stiffbench-validate`.
-const ELSEWHERE: [&str; 2] = ["demo", "paper"];
+/// Kinds that a command of another test prints: `demo` in `cli::files`.
+const ELSEWHERE: [&str; 1] = ["demo"];
 
 #[test]
 fn what_the_commands_print_follows_the_schemas() {

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyRuntimeWarning, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use stiffbench::analysis::{AnalysisError, ModelChoice, resolve};
+use stiffbench::analysis::{ModelChoice, resolve};
 use stiffbench::cli::failure::Failure;
 use stiffbench::distribution::{MapModel, MatrixKind, NoMap, SolvedBatch};
 use stiffbench::physics::{ActingPhysics, Effect};
@@ -215,7 +215,7 @@ impl Robot {
             }
         }
         acting.extend(Effect::of_springs(&model.factors));
-        let mechanism = model.mechanism().map_err(AnalysisError::from)?;
+        let mechanism = model.mechanism()?;
         let physics = ActingPhysics::new(&model.robot, mechanism, acting)?;
         let made = Self {
             factors: model.factors.without_springs(),

@@ -21,7 +21,7 @@ use crate::stiffness_list::{is_stiffness_list, read_stiffness_list};
 
 use super::calibration::GivenCalibration;
 use super::data_check::asked_about_runs;
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{AnalysisError, ArgumentError, Failure};
 use super::files::{
     first_line, folder_of, is_file, is_there, read_bytes, read_text, session_file, shown,
 };
@@ -117,7 +117,7 @@ impl Data {
     ///
     /// # Errors
     /// For data that are not there, cannot be read or are not what they should be.
-    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, Failure> {
         if let Some((name, text)) = shipped_list(path) {
             return Ok(Self::Stiffness {
                 name: name.to_owned(),
@@ -142,7 +142,7 @@ impl Data {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_readings(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open_readings(path: &Path, options: &OpenSettings) -> Result<Self, Failure> {
         if LoadedLoadCases::is_at(path, options) {
             let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(vec![loaded]));
@@ -155,7 +155,7 @@ impl Data {
     ///
     /// # Errors
     /// As [`open`](Self::open), for data of another kind, and for stiffness values, which are fitted alone.
-    pub fn with(self, further: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn with(self, further: &[PathBuf], options: &OpenSettings) -> Result<Self, Failure> {
         const OF_ONE_KIND: &str = "name data of one kind";
         match self {
             Self::Readings(mut all) => {
@@ -203,7 +203,7 @@ impl Data {
     ///
     /// # Errors
     /// For load cases.
-    pub fn refuse_load_cases(&self, needs: &'static str) -> Result<(), AnalysisError> {
+    pub fn refuse_load_cases(&self, needs: &'static str) -> Result<(), Failure> {
         match self {
             Self::LoadCases(all) => all.first().map_or(Ok(()), |one| Err(one.needs_runs(needs))),
             Self::Readings(_) | Self::Stiffness { .. } => Ok(()),
@@ -214,7 +214,7 @@ impl Data {
     ///
     /// # Errors
     /// For a session whose record of a gauge cannot be.
-    pub fn measured(self) -> Result<MeasuredStiffness, AnalysisError> {
+    pub fn measured(self) -> Result<MeasuredStiffness, Failure> {
         self.refuse_load_cases("this subcommand")?;
         Ok(match self {
             Self::Stiffness { measured, .. } => measured,
@@ -240,13 +240,13 @@ pub(super) fn is_shipped_list(name: &str) -> bool {
 }
 
 /// The file with the readings of a session folder, or the file itself.
-pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
+pub(super) fn readings_file(path: &Path) -> Result<PathBuf, Failure> {
     if path.is_dir() {
         if let Some(file) = session_file(path, "readings.csv")? {
             return Ok(file);
         }
         let path = path.to_owned();
-        return Err(AnalysisError::NoSession { path });
+        return Err(AnalysisError::NoSession { path }.into());
     }
     let is_toml = path.extension().is_some_and(|ending| ending == "toml");
     if is_toml && path.is_file() {
@@ -268,7 +268,8 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
     Err(AnalysisError::NotFound {
         path: path.to_owned(),
         help,
-    })
+    }
+    .into())
 }
 
 /// `session.toml` in a folder, if there is one.
@@ -278,7 +279,7 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
 pub fn session_header(
     folder: &Path,
     warnings: &mut Vec<String>,
-) -> Result<Option<SessionHeader>, AnalysisError> {
+) -> Result<Option<SessionHeader>, Failure> {
     let Some(path) = session_file(folder, "session.toml")? else {
         return Ok(None);
     };
@@ -294,7 +295,7 @@ impl LoadedSession {
     ///
     /// # Errors
     /// As [`LoadedSession::open`].
-    pub fn open_series(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open_series(path: &Path, options: &OpenSettings) -> Result<Self, Failure> {
         Self::open_gauges(path, options, true)
     }
 
@@ -303,7 +304,7 @@ impl LoadedSession {
     /// # Errors
     /// For data that are not there or cannot be read, a list of stiffness values, a table that differs from its journal, and an
     /// overdue calibration, as the options have it; and for readings of several gauges.
-    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, Failure> {
         Self::open_gauges(path, options, false)
     }
 
@@ -311,14 +312,15 @@ impl LoadedSession {
         path: &Path,
         options: &OpenSettings,
         takes_several: bool,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Self, Failure> {
         // Displacements without repeats, which also can be a list, may be readings that lack the column.
         let is_list = is_file(path) && first_line(path)?.contains("stiffness_N_per_um");
         if shipped_list(path).is_some() || is_list {
             return Err(AnalysisError::NeedsReadings {
                 data: path.display().to_string(),
                 needs: "this subcommand",
-            });
+            }
+            .into());
         }
         let file = readings_file(path)?;
         let folder = folder_of(&file);
@@ -328,7 +330,7 @@ impl LoadedSession {
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
         let of_vectors = is_vector_table(text);
         if of_vectors && !takes_several {
-            return Err(AnalysisError::Vectors { path: file });
+            return Err(AnalysisError::Vectors { path: file }.into());
         }
         if of_vectors {
             options.gauges.refuse(&name)?;
@@ -391,7 +393,7 @@ impl LoadedSession {
     ///
     /// # Errors
     /// For readings that no file could hold.
-    pub fn from_table(name: &str, table: ReadingTable) -> Result<Self, AnalysisError> {
+    pub fn from_table(name: &str, table: ReadingTable) -> Result<Self, Failure> {
         let mut bytes = Vec::new();
         write_readings(&table, &mut bytes)?;
         Ok(Self {
@@ -404,7 +406,7 @@ impl LoadedSession {
     ///
     /// # Errors
     /// For a resolution, uncertainty or coverage factor that cannot be.
-    pub fn gauges(&self) -> Result<GaugePair, AnalysisError> {
+    pub fn gauges(&self) -> Result<GaugePair, Failure> {
         let instruments = self.header.as_ref().map(|header| &header.instruments);
         let stated = GaugePair {
             force: GaugeTerms::of(instruments.and_then(|i| i.force.as_ref()))?,
@@ -417,7 +419,7 @@ impl LoadedSession {
     ///
     /// # Errors
     /// As [`LoadedSession::gauges`].
-    pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, AnalysisError> {
+    pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, Failure> {
         let history = self.history()?;
         let drifts = history.map(|history| history.zero_drifts);
         let all = &self.table.readings;
@@ -462,7 +464,7 @@ impl LoadedLoadCases {
     ///
     /// # Errors
     /// For data that are not there or cannot be read, and an overdue calibration, as the options have it.
-    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, Failure> {
         let file = readings_file(path)?;
         let folder = folder_of(&file);
         let bytes = read_bytes(&file)?;
@@ -487,11 +489,12 @@ impl LoadedLoadCases {
     }
 
     /// The error of what needs series of loads.
-    fn needs_runs(&self, needs: &'static str) -> AnalysisError {
+    fn needs_runs(&self, needs: &'static str) -> Failure {
         AnalysisError::NeedsRuns {
             data: self.name.clone(),
             needs,
         }
+        .into()
     }
 }
 
@@ -500,7 +503,7 @@ fn own_names(
     name: &str,
     bytes: &[u8],
     options: &OpenSettings,
-) -> Result<Option<VectorText>, AnalysisError> {
+) -> Result<Option<VectorText>, Failure> {
     Ok(VectorText::read(&[(name, bytes)], &options.columns)?)
 }
 
@@ -540,7 +543,7 @@ fn read_or_imported(
     name: &str,
     bytes: &[u8],
     columns: &ImportMapping,
-) -> Result<ReadTable, AnalysisError> {
+) -> Result<ReadTable, Failure> {
     let is_stated = *columns != ImportMapping::default();
     let lacking = if is_stated {
         None
@@ -584,7 +587,7 @@ pub(super) fn check_calibration(
     measured: Option<Date>,
     check: CalibrationCheck,
     warnings: &mut Vec<String>,
-) -> Result<Vec<OverdueGauge>, AnalysisError> {
+) -> Result<Vec<OverdueGauge>, Failure> {
     use CalibrationCheck::{Refuse, Warn};
     let (Some(header), Some(today)) = (header, check.day()) else {
         return Ok(Vec::new());
@@ -595,7 +598,7 @@ pub(super) fn check_calibration(
     }
     let instruments = gauges_text(&overdue);
     if matches!(check, Refuse(_)) {
-        return Err(AnalysisError::CalibrationOverdue { instruments });
+        return Err(AnalysisError::CalibrationOverdue { instruments }.into());
     }
     if matches!(check, Warn(_)) {
         warnings.push(format!("calibration overdue: {instruments}"));

@@ -11,7 +11,7 @@ use crate::run_check::{LoadReading, LoadedRun, RunCheck, RunTerms};
 use crate::test_point::Direction;
 
 use super::design::baseline_of;
-use super::error::AnalysisError;
+use super::error::Failure;
 use super::model::ResolvedModel;
 
 /// Looks for cells, runs and readings that cannot be right, as a diagnosis does before its search.
@@ -22,7 +22,7 @@ pub fn check_data(
     table: &ReadingTable,
     header: Option<&SessionHeader>,
     model: &ResolvedModel,
-) -> Result<ScreenedData, AnalysisError> {
+) -> Result<ScreenedData, Failure> {
     let observations = Observations::new(table, header);
     let parameters = model.usual_parameters()?;
     let baseline = baseline_of(model, &observations, &observations.poses, &parameters)?;

@@ -12,7 +12,7 @@ use crate::readings::SessionHeader;
 use crate::robot::{FittingFactors, GRAVITY_M_PER_S2, Masses, Mechanism, Pose, Robot};
 use crate::test_point::{Branch, Direction, PoseId};
 
-use super::error::AnalysisError;
+use super::error::Failure;
 use super::model::ResolvedModel;
 use super::procedure::{named_procedure, state_joint_values};
 
@@ -36,7 +36,7 @@ pub fn design(
     procedure: Procedure,
     parameters: &ParameterChoice,
     seed: u64,
-) -> Result<DesignReport, AnalysisError> {
+) -> Result<DesignReport, Failure> {
     let mechanism = model.mechanism()?;
     let measured = procedure.poses.clone().unwrap_or_default();
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &measured);
@@ -53,7 +53,7 @@ fn usual_bench(
     poses: &[PoseId],
     procedure: &Procedure,
     seed: u64,
-) -> Result<DesignReport, AnalysisError> {
+) -> Result<DesignReport, Failure> {
     let bench = DesignBench {
         baseline,
         poses,
@@ -76,7 +76,7 @@ pub fn usual_plan(
     mechanism: &str,
     procedure: &str,
     seed: u64,
-) -> Result<DesignReport, AnalysisError> {
+) -> Result<DesignReport, Failure> {
     let (procedure, _) = named_procedure(procedure)?;
     let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
     let placed: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
@@ -118,7 +118,7 @@ pub(super) fn proposals(
     done: &Observations,
     (diagnosis, found): (&Diagnosis, &FittingFactors),
     (parameters, rules): (&ParameterChoice, &PoseRules),
-) -> Result<Proposals, AnalysisError> {
+) -> Result<Proposals, Failure> {
     let mechanism = model.mechanism()?;
     // Planned are loads and displacements.
     if done.tracker.is_some() {
@@ -190,7 +190,7 @@ pub(super) fn proposals_for_part(
     line: &Line,
     done: &Observations,
     diagnosis: &Diagnosis,
-) -> Result<Vec<NextMeasurement>, AnalysisError> {
+) -> Result<Vec<NextMeasurement>, Failure> {
     /// Steps of a plan up to the largest load.
     const STEPS: u32 = 10;
     /// How near to its target a load comes, as a share of the largest.
@@ -234,7 +234,7 @@ pub(super) fn baseline_of<'a>(
     observations: &Observations,
     poses: &[PoseId],
     parameters: &ParameterChoice,
-) -> Result<RobotBaseline<'a>, AnalysisError> {
+) -> Result<RobotBaseline<'a>, Failure> {
     let mechanism = model.mechanism()?;
     let masses = Masses::of(&model.robot, mechanism).at_nodes;
     let mass_kg: f64 = masses.iter().map(|(_, mass_kg)| mass_kg).sum();
@@ -254,7 +254,7 @@ pub(super) fn baseline<'a>(
     poses: &[PoseId],
     parameters: &ParameterChoice,
     measured_m_per_n: f64,
-) -> Result<RobotBaseline<'a>, AnalysisError> {
+) -> Result<RobotBaseline<'a>, Failure> {
     let placed = poses
         .iter()
         .map(|pose| model.robot.pose(pose).cloned())

@@ -14,7 +14,7 @@ use crate::specimen::SpecimenTable;
 use super::data::{Data, LoadedLoadCases, LoadedSession};
 use super::design::{baseline_of, proposals, proposals_for_part};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{AnalysisError, ArgumentError, Failure};
 use super::inputs::Inputs;
 use super::listed_stiffness::listed_load_cases;
 use super::model::{ModelChoice, ResolvedModel};
@@ -190,7 +190,7 @@ impl Observed {
     fn loads(
         loaded: &[LoadedLoadCases],
         choice: &ModelChoice,
-    ) -> Result<(ResolvedModel, Self, Vec<String>), AnalysisError> {
+    ) -> Result<(ResolvedModel, Self, Vec<String>), Failure> {
         let (model, posed, warnings) = PosedData::new(loaded, choice)?;
         let first = loaded.first().ok_or(MismatchError::Empty)?;
         let loads = Box::new((first.with_table(()), posed));
@@ -203,7 +203,7 @@ impl DiagnosisData {
     ///
     /// # Errors
     /// For a model that cannot be resolved, and data that do not go together.
-    pub fn new(data: &Data, choice: &ModelChoice) -> Result<Self, AnalysisError> {
+    pub fn new(data: &Data, choice: &ModelChoice) -> Result<Self, Failure> {
         let (model, observed, warnings) = match data {
             Data::Readings(sessions) => {
                 let model = resolve_together(sessions, choice)?;
@@ -229,7 +229,7 @@ impl DiagnosisData {
     ///
     /// # Errors
     /// As there.
-    pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
+    pub fn usual_choice(&self) -> Result<ParameterChoice, Failure> {
         match &self.observed {
             Observed::Series(_) => Ok(self.model.usual_parameters()?),
             Observed::Loads(loads) => loads.1.usual_choice(&self.model),
@@ -249,7 +249,7 @@ impl DiagnosisData {
         &mut self,
         mut options: DiagnoseSettings,
         step: &dyn Fn(),
-    ) -> Result<DiagnosisReport, AnalysisError> {
+    ) -> Result<DiagnosisReport, Failure> {
         if self.is_list {
             let unseen = Law::ALL
                 .iter()
@@ -281,7 +281,7 @@ pub(super) fn diagnose_together(
     model: &ResolvedModel,
     options: DiagnoseSettings,
     step: &dyn Fn(),
-) -> Result<DiagnosisReport, AnalysisError> {
+) -> Result<DiagnosisReport, Failure> {
     let (Some(session), Some(last)) = (sessions.first(), sessions.last()) else {
         return Err(MismatchError::Empty.into());
     };
@@ -382,7 +382,7 @@ pub fn diagnose_part(
     table: &SpecimenTable,
     search: &SearchOptions,
     step: &dyn Fn(),
-) -> Result<(DiagnosisReport, Option<PartModel>), AnalysisError> {
+) -> Result<(DiagnosisReport, Option<PartModel>), Failure> {
     let (line, observations) = Line::of_table(table)?;
     step();
     let (diagnosis, critical, located) = diagnose_and_locate(&line, &observations, search)?;
@@ -517,7 +517,7 @@ fn noise_from(
     session: &SessionObservations,
     own: (&RobotBaseline<'_>, &Observations, &SearchOptions),
     warnings: &mut Vec<String>,
-) -> Result<(KnownNoise, NoiseOrigin), AnalysisError> {
+) -> Result<(KnownNoise, NoiseOrigin), Failure> {
     let (baseline, observations, search) = own;
     Ok(match (source, session.scatter) {
         (NoiseSource::Readings, None) => (KnownNoise::Nothing, NoiseOrigin::Readings),
@@ -550,11 +550,12 @@ fn recorded_noise(
     observations: &Observations,
     session: &SessionObservations,
     warnings: &mut Vec<String>,
-) -> Result<EstimatedNoise, AnalysisError> {
+) -> Result<EstimatedNoise, Failure> {
     let Some(step_m) = observations.steps.displacement_m else {
         return Err(AnalysisError::NoResolution {
             data: session.name.clone(),
-        });
+        }
+        .into());
     };
     let header = session.header.as_ref();
     let procedure = header.and_then(|header| header.procedure.as_ref());

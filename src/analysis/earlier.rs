@@ -11,7 +11,7 @@ use crate::readings::{InstrumentRecord, SessionHeader};
 
 use super::data::LoadedSession;
 use super::design::baseline_of;
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{ArgumentError, Failure};
 use super::model::ResolvedModel;
 use super::session_table::SessionTable;
 use super::together::SessionObservations;
@@ -49,7 +49,7 @@ pub fn noise_of(
     parameters: &ParameterChoice,
     without: &[Law],
     seed: u64,
-) -> Result<MeasuredNoise, AnalysisError> {
+) -> Result<MeasuredNoise, Failure> {
     let observations = Observations::new(&session.table, session.header.as_ref());
     let baseline = baseline_of(model, &observations, &observations.poses, parameters)?;
     let search = SearchOptions {
@@ -83,7 +83,7 @@ pub(super) fn pooled_noise(
     (baseline, observations, search): (&dyn Baseline, &Observations, &SearchOptions),
     others: Vec<MeasuredNoise>,
     warnings: &mut Vec<String>,
-) -> Result<(KnownNoise, Vec<EarlierSession>), AnalysisError> {
+) -> Result<(KnownNoise, Vec<EarlierSession>), Failure> {
     for (place, MeasuredNoise { session: other, .. }) in others.iter().enumerate() {
         let mut before = others[..place].iter().map(|before| &before.session);
         if is_same(other, session) || before.any(|before| is_same(other, before)) {

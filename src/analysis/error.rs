@@ -2,22 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::calibration::CalibrationTableError;
-use crate::fit::FitError;
-use crate::import::TableImportError;
-use crate::load_cases::LoadCaseError;
-use crate::mismatch::MismatchError;
-use crate::physics::{EffectError, ModelFileError};
-use crate::procedure::ProcedureError;
-use crate::readings::{ReadingsError, SessionFileError};
-use crate::robot::RobotError;
-use crate::stiffness::StiffnessError;
-use crate::stiffness_list::StiffnessListError;
-
-use super::files::ReadError;
+use miette::Diagnostic;
 
 /// An option with a value that cannot be. It bears the name of the command line.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, Diagnostic)]
 #[error("{argument}: {problem}")]
 #[diagnostic(code(stiffbench::usage::argument))]
 pub struct ArgumentError {
@@ -58,8 +46,8 @@ impl ArgumentError {
     }
 }
 
-/// Errors of the way from files to results.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+/// Errors of the way from files to results, beside those of what is read and computed.
+#[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum AnalysisError {
     /// Neither a file nor a folder nor a shipped name.
     #[error("{path}: there is no such file or folder")]
@@ -237,64 +225,57 @@ pub enum AnalysisError {
         /// Which gauges, since when.
         instruments: String,
     },
-    /// An option with a value that cannot be.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Argument(#[from] ArgumentError),
-    /// A file that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Read(#[from] ReadError),
-    /// A table of readings.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Readings(#[from] ReadingsError),
-    /// A table of load cases.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    LoadCases(#[from] LoadCaseError),
-    /// A `session.toml`.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    SessionFile(#[from] SessionFileError),
-    /// A list of stiffness values.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    StiffnessList(#[from] StiffnessListError),
-    /// A record of a gauge.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Gauges(#[from] StiffnessError),
-    /// A robot, mechanism or pose.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Robot(#[from] RobotError),
-    /// A model file.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    ModelFile(#[from] ModelFileError),
-    /// An effect beside the beams.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Effect(#[from] EffectError),
-    /// A calibration table.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    CalibrationTable(#[from] CalibrationTableError),
-    /// A table of another program.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    TableImport(#[from] TableImportError),
-    /// A procedure.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Procedure(#[from] ProcedureError),
-    /// A fit.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fit(#[from] FitError),
-    /// A diagnosis.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Mismatch(#[from] MismatchError),
+}
+
+/// A failure on its way out of the program: any error with its code, its cause and what to do.
+#[derive(Debug)]
+pub struct Failure {
+    pub(crate) report: miette::Report,
+    /// What a user should know besides.
+    pub(crate) warnings: Vec<String>,
+}
+
+impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self {
+            report: miette::Report::new(error),
+            warnings: Vec::new(),
+        }
+    }
+}
+
+impl From<Failure> for Box<dyn std::error::Error> {
+    /// The error, without the warnings.
+    fn from(failure: Failure) -> Self {
+        failure.report.into()
+    }
+}
+
+impl std::fmt::Display for Failure {
+    /// What went wrong, without its causes.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.report.fmt(f)
+    }
+}
+
+impl Failure {
+    /// The error itself.
+    #[must_use]
+    pub fn error(&self) -> &(dyn std::error::Error + 'static) {
+        let error: &(dyn Diagnostic + 'static) = &*self.report;
+        error
+    }
+
+    /// With what a user should know besides.
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: &[String]) -> Self {
+        self.warnings.extend(warnings.iter().cloned());
+        self
+    }
+
+    /// What went wrong and why, in one sentence.
+    pub fn message(&self) -> String {
+        let causes: Vec<String> = self.report.chain().map(ToString::to_string).collect();
+        causes.join(": ")
+    }
 }

@@ -22,7 +22,7 @@ use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
 
 use super::data::{Data, LoadedLoadCases, LoadedSession, is_shipped_list};
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{AnalysisError, ArgumentError, Failure};
 use super::inputs::Inputs;
 use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
@@ -137,7 +137,7 @@ impl FitData {
     /// # Errors
     /// For a model that [`resolve`] refuses, values without a named robot, poses, variables and axes that the robot does not have, and
     /// sessions that do not go together.
-    pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, AnalysisError> {
+    pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, Failure> {
         let inputs = Inputs::default().with_data(&data);
         let prepared = match data {
             Data::Stiffness { measured, name, .. } => {
@@ -170,10 +170,7 @@ impl FitData {
         }
     }
 
-    fn of_load_cases(
-        loaded: &[LoadedLoadCases],
-        choice: &ModelChoice,
-    ) -> Result<Self, AnalysisError> {
+    fn of_load_cases(loaded: &[LoadedLoadCases], choice: &ModelChoice) -> Result<Self, Failure> {
         let (model, posed, warnings) = PosedData::new(loaded, choice)?;
         Ok(Self {
             posed: Some(posed),
@@ -186,7 +183,7 @@ impl FitData {
         name: &str,
         choice: &ModelChoice,
         method: Method,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Self, Failure> {
         if choice.robot.is_none() && choice.model.is_none() && !is_shipped_list(name) {
             return Err(no_robot());
         }
@@ -211,7 +208,7 @@ impl FitData {
         sessions: &[LoadedSession],
         choice: &ModelChoice,
         method: Method,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Self, Failure> {
         let model = resolve_together(sessions, choice)?;
         let (mut all, mut warnings) = (Vec::new(), model.warnings.clone());
         let mut physics = fixed_physics(&model, method);
@@ -259,7 +256,7 @@ impl FitData {
         session: LoadedSession,
         choice: &ModelChoice,
         method: Method,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Self, Failure> {
         let model = resolve(choice, Some(&session))?;
         let own = reduced(&session, method)?;
         let warnings = [&own.warnings[..], &model.warnings].concat();
@@ -293,14 +290,14 @@ impl FitData {
     ///
     /// # Errors
     /// For a pose that cannot be reached, a structure that carries nothing, and as [`problem`](Self::problem).
-    pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
+    pub fn usual_choice(&self) -> Result<ParameterChoice, Failure> {
         match &self.posed {
             Some(posed) => posed.usual_choice(&self.model),
             None => Ok(self.model.usual_parameters()?),
         }
     }
 
-    fn options(&self, settings: &FitSettings) -> Result<FitOptions, AnalysisError> {
+    fn options(&self, settings: &FitSettings) -> Result<FitOptions, Failure> {
         Ok(FitOptions {
             train: self.training(settings.train.as_deref())?,
             choice: match &settings.choice {
@@ -320,7 +317,7 @@ impl FitData {
         &self,
         settings: &FitSettings,
         fit: &FitOutcome,
-    ) -> Result<(Option<TableMistake>, Vec<BadReading>), AnalysisError> {
+    ) -> Result<(Option<TableMistake>, Vec<BadReading>), Failure> {
         match &self.posed {
             Some(posed) => posed.mistakes(&self.model, &self.options(settings)?, fit),
             None => Ok((None, Vec::new())),
@@ -338,7 +335,7 @@ impl FitData {
         &self,
         settings: &FitSettings,
         refitted: &(dyn Fn() + Sync),
-    ) -> Result<FitOutcome, AnalysisError> {
+    ) -> Result<FitOutcome, Failure> {
         let options = self.options(settings)?;
         if let Some(posed) = &self.posed {
             let members = &options.choice.members;
@@ -415,11 +412,7 @@ impl FitData {
     ///
     /// # Errors
     /// For a structure that carries nothing, or if no pose keeps the rules.
-    pub fn plan(
-        &self,
-        outcome: &FitOutcome,
-        rules: &PoseRules,
-    ) -> Result<PlannedFit, AnalysisError> {
+    pub fn plan(&self, outcome: &FitOutcome, rules: &PoseRules) -> Result<PlannedFit, Failure> {
         let wanted = (rules, PLANNED);
         let session = self.session.as_ref().map(|(session, _)| session);
         let planned = if let Some(posed) = &self.posed {
@@ -450,7 +443,7 @@ impl FitData {
         choice: &ParameterChoice,
         outcome: &mut FitOutcome,
         refitted: &(dyn Fn() + Sync),
-    ) -> Result<(), AnalysisError> {
+    ) -> Result<(), Failure> {
         let unit = match (settings.bootstrap_over, &self.session) {
             (BootstrapOver::Cells, _) => ResampledUnit::Cells,
             (BootstrapOver::Runs, Some((_, table))) => ResampledUnit::Runs(table),
@@ -458,7 +451,8 @@ impl FitData {
                 return Err(AnalysisError::NeedsReadings {
                     data: self.inputs.data_name().to_owned(),
                     needs: "--bootstrap (--bootstrap-over cells does not)",
-                });
+                }
+                .into());
             }
         };
         let bootstrap = BootstrapSettings {
@@ -508,7 +502,7 @@ impl FitData {
     ///
     /// # Errors
     /// For training poses that the data do not have, weights that do not match them, and a fit that is impossible.
-    pub fn fit_as_paper(&self, settings: &PaperFitSettings) -> Result<PaperFit, AnalysisError> {
+    pub fn fit_as_paper(&self, settings: &PaperFitSettings) -> Result<PaperFit, Failure> {
         let poses = self.training(settings.train.as_deref())?;
         let poses = poses.unwrap_or_else(|| {
             let mut poses: Vec<PoseId> = Vec::new();
@@ -596,7 +590,7 @@ struct ReducedSession {
     warnings: Vec<String>,
 }
 
-fn reduced(session: &LoadedSession, method: Method) -> Result<ReducedSession, AnalysisError> {
+fn reduced(session: &LoadedSession, method: Method) -> Result<ReducedSession, Failure> {
     let table = session.stiffness(Branches::LoadingOnly)?;
     // Without repeats the noise of the readings of one gauge is not known.
     let has_slopes = table.run_slope.is_some() || !session.table.is_of_one_gauge();

@@ -9,7 +9,7 @@ use crate::session::{
     Difference, Integrity, OmittedReadings, SessionState, integrity, read_journal,
 };
 
-use super::error::AnalysisError;
+use super::error::{AnalysisError, Failure};
 use super::files::{read_bytes, read_text, session_file};
 use super::hash::sha256;
 use crate::count::counted;
@@ -38,7 +38,7 @@ pub fn compare_with_journal(
     folder: &Path,
     table: &ReadingTable,
     header: Option<&SessionHeader>,
-) -> Result<Option<JournalCheck>, AnalysisError> {
+) -> Result<Option<JournalCheck>, Failure> {
     let Some(path) = session_file(folder, "journal.jsonl")? else {
         return Ok(None);
     };
@@ -116,7 +116,7 @@ impl JournalCheck {
         file: &Path,
         trust: bool,
         warnings: &mut Vec<String>,
-    ) -> Result<bool, AnalysisError> {
+    ) -> Result<bool, Failure> {
         let table = &self.table;
         warnings.extend(self.damage.clone());
         warnings.extend(self.left_out.iter().map(ToString::to_string));
@@ -126,7 +126,8 @@ impl JournalCheck {
                 return Err(AnalysisError::Changed {
                     path: file.to_owned(),
                     changes: shortened(&changes),
-                });
+                }
+                .into());
             }
             warnings.push(format!(
                 "--trust-csv: {} differs from the journal in {}, and the table was used",

@@ -63,7 +63,7 @@ pub use diagnose::{
     DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose_part,
 };
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
-pub use error::{AnalysisError, ArgumentError};
+pub use error::{AnalysisError, ArgumentError, Failure};
 pub use files::{
     ReadError, forget_inputs, is_dash, is_input, read_bytes, read_text, session_file, shown,
 };

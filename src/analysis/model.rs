@@ -15,7 +15,7 @@ use crate::source_text::SourceText;
 use crate::toml_text::{TomlError, read};
 
 use super::data::LoadedSession;
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{AnalysisError, ArgumentError, Failure};
 use super::files::read_text;
 use super::hash::sha256;
 use super::procedure::add_missing_poses;
@@ -122,7 +122,7 @@ impl ResolvedModel {
 ///
 /// # Errors
 /// For a name that is neither a file nor a shipped robot, or a file that cannot be read.
-pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, AnalysisError> {
+pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, Failure> {
     let path = named_by.map_or_else(|| PathBuf::from(name), |file| file.with_file_name(name));
     // A link beside another file may lead anywhere.
     if path.is_file() && !(named_by.is_some() && path.is_symlink()) {
@@ -130,10 +130,10 @@ pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, A
         return Ok(SourceText::new(path.display().to_string(), text));
     }
     shipped_robot(name).ok_or_else(|| match named_by {
-        Some(file) => AnalysisError::NamedRobot {
+        Some(file) => Failure::from(AnalysisError::NamedRobot {
             file: file.to_owned(),
             robot: name.to_owned(),
-        },
+        }),
         None => not_there("robot", name, shipped_robots()).into(),
     })
 }
@@ -152,13 +152,14 @@ pub(super) fn not_there<'a>(
 }
 
 /// Readings carry no information about the robot they come from.
-pub(super) fn no_robot() -> AnalysisError {
+pub(super) fn no_robot() -> Failure {
     AnalysisError::NoRobot {
         help: format!(
             "add --robot FILE, or --robot with a shipped name: {}",
             shipped_robots().collect::<Vec<_>>().join(", ")
         ),
     }
+    .into()
 }
 
 /// Robot, mechanism, factors and physics: the user's choice first, then the model's, then the session's, then the defaults.
@@ -168,7 +169,7 @@ pub(super) fn no_robot() -> AnalysisError {
 pub fn resolve(
     choice: &ModelChoice,
     session: Option<&LoadedSession>,
-) -> Result<ResolvedModel, AnalysisError> {
+) -> Result<ResolvedModel, Failure> {
     let Some(session) = session else {
         return resolve_beside(choice, None);
     };
@@ -189,7 +190,7 @@ pub fn resolve(
 pub(super) fn resolve_beside(
     choice: &ModelChoice,
     data: Option<(Option<&SessionHeader>, &Path)>,
-) -> Result<ResolvedModel, AnalysisError> {
+) -> Result<ResolvedModel, Failure> {
     let header = data.and_then(|(header, _)| header.cloned());
     let header = header.unwrap_or_default();
     let folder = data.map_or(Path::new(""), |(_, folder)| folder);
@@ -225,7 +226,8 @@ pub(super) fn resolve_beside(
             model: named.path.display().to_string(),
             of_model: of_model.clone(),
             of_session: of_session.clone(),
-        });
+        }
+        .into());
     }
     let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
     let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
@@ -260,7 +262,7 @@ pub(super) fn resolve_beside(
         let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
         if other_file && choice.robot.is_none() && named.is_none() {
             let robot = source.name.clone();
-            return Err(AnalysisError::OtherRobot { robot });
+            return Err(AnalysisError::OtherRobot { robot }.into());
         }
         if other_file {
             warnings.push(format!(
@@ -283,7 +285,7 @@ pub(super) fn resolve_beside(
 }
 
 /// A factor set by name, or from a TOML file with tables `beam` and `link` in `folder`.
-fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, AnalysisError> {
+fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, Failure> {
     let path = folder.join(name);
     let is_file_name = path.is_file() || path.extension().is_some_and(|end| end == "toml");
     if robot.factors.contains_key(name) || !is_file_name {
@@ -301,7 +303,8 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
         return Err(AnalysisError::Factors {
             file: format!("{name}:{}:{}", key.line, key.column),
             problem: format!("key `{}` is not known{}", key.key, key.advice()),
-        });
+        }
+        .into());
     }
     let wrong = |problem: String| AnalysisError::Factors {
         file: name.to_owned(),
@@ -322,7 +325,7 @@ struct NamedModel {
 }
 
 /// Reads a model file, if one is named.
-fn named_model(path: Option<&Path>) -> Result<Option<NamedModel>, AnalysisError> {
+fn named_model(path: Option<&Path>) -> Result<Option<NamedModel>, Failure> {
     let Some(path) = path else { return Ok(None) };
     let source = SourceText::new(path.display().to_string(), read_text(path)?);
     Ok(Some(NamedModel {

@@ -9,7 +9,7 @@ use crate::procedure::{Pace, Procedure};
 use crate::robot::{NamedPose, Robot};
 use crate::test_point::{Direction, PoseId};
 
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{ArgumentError, Failure};
 use super::model::ResolvedModel;
 use super::procedure::{SAME_VALUE, joints_of};
 
@@ -33,7 +33,7 @@ pub fn choose_poses(
     procedure: &mut Procedure,
     choice: &ParameterChoice,
     (rules, count): (&PoseRules, usize),
-) -> Result<BestPoses, AnalysisError> {
+) -> Result<BestPoses, Failure> {
     let free = choice
         .members
         .iter()

@@ -12,7 +12,7 @@ use crate::stiffness::read_off_words;
 
 use super::data::LoadedLoadCases;
 use super::diagnose::{DiagnoseSettings, DiagnosisReport, diagnose_together};
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{ArgumentError, Failure};
 use super::hash::sha256;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::procedure::{add_missing_poses, put_pose};
@@ -42,7 +42,7 @@ impl PosedData {
     pub(super) fn new(
         loaded: &[LoadedLoadCases],
         choice: &ModelChoice,
-    ) -> Result<(ResolvedModel, Self, Vec<String>), AnalysisError> {
+    ) -> Result<(ResolvedModel, Self, Vec<String>), Failure> {
         let (first, further) = loaded.split_first().ok_or(MismatchError::Empty)?;
         let beside = (first.header.as_ref(), first.folder.as_path());
         let mut model = resolve_beside(choice, Some(beside))?;
@@ -76,7 +76,7 @@ impl PosedData {
         &mut self,
         further: &LoadedLoadCases,
         model: &mut ResolvedModel,
-    ) -> Result<Vec<String>, AnalysisError> {
+    ) -> Result<Vec<String>, Failure> {
         let header = further.header.as_ref();
         let own = sha256(&model.source.text);
         if let Some(hash) = header.and_then(|header| header.robot_sha256.as_ref())
@@ -116,10 +116,7 @@ impl PosedData {
     ///
     /// # Errors
     /// For a pose that cannot be reached, or a structure that carries nothing.
-    pub(super) fn usual_choice(
-        &self,
-        model: &ResolvedModel,
-    ) -> Result<ParameterChoice, AnalysisError> {
+    pub(super) fn usual_choice(&self, model: &ResolvedModel) -> Result<ParameterChoice, Failure> {
         Ok(usual_choice(&self.problem(model))?)
     }
 
@@ -133,7 +130,7 @@ impl PosedData {
         model: &ResolvedModel,
         options: &FitOptions,
         fit: &FitOutcome,
-    ) -> Result<(Option<TableMistake>, Vec<BadReading>), AnalysisError> {
+    ) -> Result<(Option<TableMistake>, Vec<BadReading>), Failure> {
         let problem = self.problem(model);
         Ok(match table_mistake(&problem, options, fit)? {
             None => (None, bad_load_case_values(&problem, options, fit)?),
@@ -155,7 +152,7 @@ impl PosedData {
         model: &mut ResolvedModel,
         mut options: DiagnoseSettings,
         step: &dyn Fn(),
-    ) -> Result<DiagnosisReport, AnalysisError> {
+    ) -> Result<DiagnosisReport, Failure> {
         let mut choice = match options.parameters.take() {
             Some(choice) => choice,
             None => self.usual_choice(model)?,
@@ -207,7 +204,7 @@ impl PosedData {
         &self,
         model: &ResolvedModel,
         fit: &FitOutcome,
-    ) -> Result<Option<TrackedPoses>, AnalysisError> {
+    ) -> Result<Option<TrackedPoses>, Failure> {
         let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
         let (robot, mechanism) = (&model.robot, model.mechanism()?);
         let tracked =
@@ -220,7 +217,7 @@ impl PosedData {
 ///
 /// # Errors
 /// For the first of them.
-pub fn refuse_unseen_laws(model: &ResolvedModel, positions: bool) -> Result<(), AnalysisError> {
+pub fn refuse_unseen_laws(model: &ResolvedModel, positions: bool) -> Result<(), Failure> {
     for effect in &model.physics.effects {
         let (problem, help) = if effect.law.search.needs != Needs::Nothing {
             (

@@ -10,7 +10,7 @@ use crate::shipped::{shipped_procedure, shipped_procedures};
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{ArgumentError, Failure};
 use super::files::read_text;
 use super::model::not_there;
 
@@ -18,12 +18,12 @@ use super::model::not_there;
 ///
 /// # Errors
 /// For a name that is neither a file nor a shipped procedure, or a file that is no procedure.
-pub fn named_procedure(name: &str) -> Result<(Procedure, Vec<String>), AnalysisError> {
+pub fn named_procedure(name: &str) -> Result<(Procedure, Vec<String>), Failure> {
     Ok(Procedure::parse(&procedure_source(name)?)?)
 }
 
 /// Text of a procedure file or of a shipped procedure.
-fn procedure_source(name: &str) -> Result<SourceText, AnalysisError> {
+fn procedure_source(name: &str) -> Result<SourceText, Failure> {
     let path = Path::new(name);
     if path.is_file() {
         return Ok(SourceText::new(name, read_text(path)?));
@@ -107,13 +107,13 @@ pub(super) fn add_missing_poses(robot: &mut Robot, poses: &[PoseJoints]) {
 ///
 /// # Errors
 /// For a pose that the robot does not have.
-pub fn state_joint_values(robot: &Robot, procedure: &mut Procedure) -> Result<(), AnalysisError> {
+pub fn state_joint_values(robot: &Robot, procedure: &mut Procedure) -> Result<(), Failure> {
     let poses = procedure.poses.iter().flatten();
     let stated = poses.map(|id| {
         let pose = robot.pose(id)?;
         Ok(joints_of(robot, id, pose))
     });
-    procedure.joint_values = stated.collect::<Result<_, AnalysisError>>()?;
+    procedure.joint_values = stated.collect::<Result<_, Failure>>()?;
     Ok(())
 }
 

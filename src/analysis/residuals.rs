@@ -11,7 +11,7 @@ use crate::robot::ModelParameter;
 use crate::statistics::{mean, normal_upper_tail};
 use crate::test_point::Cell;
 
-use super::error::AnalysisError;
+use super::error::Failure;
 use super::fit::FitData;
 
 /// What the fitted model leaves of a reading.
@@ -128,10 +128,7 @@ impl FitData {
     ///
     /// # Errors
     /// For a model that cannot be solved.
-    pub fn residuals(
-        &self,
-        outcome: &FitOutcome,
-    ) -> Result<Vec<ReadingResidual<'_>>, AnalysisError> {
+    pub fn residuals(&self, outcome: &FitOutcome) -> Result<Vec<ReadingResidual<'_>>, Failure> {
         let Some((session, _)) = &self.session else {
             return Ok(Vec::new());
         };
@@ -179,7 +176,7 @@ impl FitData {
     ///
     /// # Errors
     /// As [`residuals`](Self::residuals).
-    pub fn runs_tests(&self, outcome: &FitOutcome) -> Result<Vec<RunsTest>, AnalysisError> {
+    pub fn runs_tests(&self, outcome: &FitOutcome) -> Result<Vec<RunsTest>, Failure> {
         let cells = outcome.cells.iter().filter(|cell| !cell.held_out);
         let of_the_fit: HashSet<&Cell> = cells.map(|cell| &cell.cell).collect();
         let mut residuals = self.residuals(outcome)?;

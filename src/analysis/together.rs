@@ -14,7 +14,7 @@ use crate::test_point::{Direction, PoseId};
 
 use super::data::LoadedSession;
 use super::design::baseline_of;
-use super::error::{AnalysisError, ArgumentError};
+use super::error::{ArgumentError, Failure};
 use super::hash::sha256;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
@@ -126,7 +126,7 @@ pub(super) fn lay_out(
     model: &ResolvedModel,
     parameters: &ParameterChoice,
     keep_outliers: bool,
-) -> Result<LaidOut, AnalysisError> {
+) -> Result<LaidOut, Failure> {
     let names = names(sessions);
     let (mut own, mut shares) = (Vec::new(), Vec::new());
     let (mut bad_runs, mut bad_readings) = (Vec::new(), Vec::new());
@@ -261,7 +261,7 @@ pub(super) fn names<T>(sessions: &[SessionTable<T>]) -> Vec<String> {
 pub(super) fn resolve_together(
     sessions: &[LoadedSession],
     choice: &ModelChoice,
-) -> Result<ResolvedModel, AnalysisError> {
+) -> Result<ResolvedModel, Failure> {
     let mut model = resolve(choice, sessions.first())?;
     for (place, session) in sessions.iter().enumerate().skip(1) {
         let own = resolve(choice, Some(session))?;
@@ -280,8 +280,8 @@ fn join_session(
     before: &[LoadedSession],
     session: &LoadedSession,
     own: &ResolvedModel,
-) -> Result<(), AnalysisError> {
-    let wrong = |problem: String, remedy: &str| -> AnalysisError {
+) -> Result<(), Failure> {
+    let wrong = |problem: String, remedy: &str| -> Failure {
         ArgumentError::new(session.name.clone(), problem, remedy).into()
     };
     let first = before.first().map_or("the first data", |first| &first.name);

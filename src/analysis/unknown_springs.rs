@@ -4,7 +4,7 @@ use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{Effect, laws};
 use crate::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Predictor, Robot, RobotError};
 
-use super::error::AnalysisError;
+use super::error::{AnalysisError, Failure};
 use super::model::ResolvedModel;
 
 /// Change of an entry of the compliance per compliance of a spring, SI, below which it does not depend on the spring: a lever of 30 um.
@@ -119,14 +119,15 @@ impl<'a> UnknownSprings<'a> {
     ///
     /// # Errors
     /// [`AnalysisError::NoStiffness`]; as [`UnknownSprings::known`].
-    pub fn refuse(&self, pose: &Pose) -> Result<(), AnalysisError> {
+    pub fn refuse(&self, pose: &Pose) -> Result<(), Failure> {
         let known = self.known([[0.0; 6]; 6], pose)?;
         if known[..3].iter().any(|row| row[..3].contains(&None)) {
             return Err(AnalysisError::NoStiffness {
                 robot: self.robot.name.clone(),
                 problem: self.problem(),
                 help: REMEDY,
-            });
+            }
+            .into());
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use stiffbench_document::Document;
 
-use crate::analysis::{AnalysisError, ArgumentError, Inputs, LoadedSession};
+use crate::analysis::{ArgumentError, Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{
@@ -47,7 +47,7 @@ pub(super) struct CompareArgs {
 pub(super) fn compared(
     a: &LoadedSession,
     b: &LoadedSession,
-) -> Result<(Comparison, SameGauges, Option<String>), AnalysisError> {
+) -> Result<(Comparison, SameGauges, Option<String>), Failure> {
     let same = same_gauges(a, b);
     let tables = [a, b].map(|session| session.stiffness(Branches::LoadingOnly));
     let [table_a, table_b] = tables;

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser};
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, StatedError,
-    read_bytes,
+    ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, StatedError, read_bytes,
 };
 use crate::calibration::CalibrationCurve;
 use crate::import::ImportMapping;
@@ -138,7 +137,7 @@ fn gauge(
     let error = u
         .map(|text| stated_error(u_option, text, kind))
         .transpose()?;
-    let curve = table.map(|path| -> Result<_, AnalysisError> {
+    let curve = table.map(|path| -> Result<_, Failure> {
         let name = path.display().to_string();
         let curve = CalibrationCurve::read(&name, &read_bytes(path)?, kind)?;
         Ok((curve, format!("{table_option} {name}")))

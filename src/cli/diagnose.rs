@@ -127,7 +127,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     }
     let data = first.with(&args.further, &settings)?;
     let mut prepared = DiagnosisData::new(&data, &args.model.choice()?)
-        .map_err(|error| Failure::from(error).with_warnings(&data.warnings()))?;
+        .map_err(|error| error.with_warnings(&data.warnings()))?;
     let warnings = prepared.warnings.clone();
     let without = laws(&args.search.without)?;
     let noise = noise(args, &without, global)?;

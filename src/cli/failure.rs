@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::args::Global;
 use crate::analysis::ArgumentError;
+pub use crate::analysis::Failure;
 use crate::report::ErrorReport;
 
 use super::excerpt::excerpt;
@@ -246,23 +247,6 @@ pub(super) fn exit_code_of(code: &str) -> u8 {
 /// The exit code of an error that has none.
 pub(super) const INTERNAL_ERROR: u8 = 70;
 
-/// A failure on its way out of the program.
-#[derive(Debug)]
-pub struct Failure {
-    report: miette::Report,
-    /// What a user should know besides.
-    warnings: Vec<String>,
-}
-
-impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self {
-            report: miette::Report::new(error),
-            warnings: Vec::new(),
-        }
-    }
-}
-
 impl Failure {
     /// Exit code by the first part of the error's code that has one, here or among `more`.
     fn exit_code(&self, more: &[(&str, u8)]) -> u8 {
@@ -276,19 +260,6 @@ impl Failure {
         self.report
             .code()
             .map_or_else(String::new, |code| code.to_string())
-    }
-
-    /// With what a user should know besides.
-    #[must_use]
-    pub fn with_warnings(mut self, warnings: &[String]) -> Self {
-        self.warnings.extend(warnings.iter().cloned());
-        self
-    }
-
-    /// What went wrong and why, in one sentence.
-    pub fn message(&self) -> String {
-        let causes: Vec<String> = self.report.chain().map(ToString::to_string).collect();
-        causes.join(": ")
     }
 
     /// The one object of `--json`.

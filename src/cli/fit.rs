@@ -144,7 +144,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         Vec::new()
     };
     let data = FitData::new(data, &args.model.choice()?, method)
-        .map_err(|error| Failure::from(error).with_warnings(&notes))?;
+        .map_err(|error| error.with_warnings(&notes))?;
     let fitted = fitted(args, &data, global);
     finished(args, global, fitted, (data.inputs, data.warnings))
 }
@@ -342,12 +342,12 @@ fn least_squares(
     global: &Global,
 ) -> Result<FitOutcome, Failure> {
     if settings.bootstrap == 0 {
-        return Ok(data.fit(settings, &|| ())?);
+        return data.fit(settings, &|| ());
     }
     let bar = progress(global, "refits", settings.bootstrap as u64);
     let outcome = data.fit(settings, &|| bar.inc(1));
     bar.finish_and_clear();
-    Ok(outcome?)
+    outcome
 }
 
 fn paper(args: &FitArgs, data: &FitData, global: &Global) -> Result<PaperFit, Failure> {
@@ -361,5 +361,5 @@ fn paper(args: &FitArgs, data: &FitData, global: &Global) -> Result<PaperFit, Fa
         reference: reference.transpose()?,
         seed: args.seed,
     };
-    Ok(data.fit_as_paper(&settings)?)
+    data.fit_as_paper(&settings)
 }

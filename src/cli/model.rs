@@ -39,7 +39,7 @@ impl ModelArgs {
     /// # Errors
     /// For a robot, mechanism, factor set, model or effect that is not there or cannot be read.
     pub fn resolve(&self) -> Result<ResolvedModel, Failure> {
-        Ok(resolve(&self.choice()?, None)?)
+        resolve(&self.choice()?, None)
     }
 
     /// The model of a robot that takes the poses of a procedure too.
@@ -48,12 +48,12 @@ impl ModelArgs {
             poses: procedure.joint_values.clone(),
             ..self.choice()?
         };
-        Ok(resolve(&choice, None)?)
+        resolve(&choice, None)
     }
 
     /// The model of a session.
     pub(super) fn resolve_for(&self, session: &LoadedSession) -> Result<ResolvedModel, Failure> {
-        Ok(resolve(&self.choice()?, Some(session))?)
+        resolve(&self.choice()?, Some(session))
     }
 }
 

@@ -1,6 +1,6 @@
 //! What an export is written from.
 
-use crate::analysis::{AnalysisError, ResolvedModel, UnknownSprings};
+use crate::analysis::{Failure, ResolvedModel, UnknownSprings};
 use crate::physics::{Effect, SimulatedRotation};
 use crate::robot::{
     GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, ModelParameter, Pose, Predictor, Robot,
@@ -78,7 +78,7 @@ impl<'a> ExportModel<'a> {
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn table(&self, pose: Option<&(String, Pose)>) -> Result<ExportTable, AnalysisError> {
+    pub fn table(&self, pose: Option<&(String, Pose)>) -> Result<ExportTable, Failure> {
         let chosen = pose.map(|pose| vec![pose.clone()]);
         let poses = chosen.unwrap_or_else(|| self.robot().poses_or_nominal());
         Ok(ExportTable {
@@ -251,7 +251,7 @@ impl<'a> ExportModel<'a> {
         bodies: impl Iterator<Item = &'i Inertia>,
         mut left_out: Vec<String>,
         text: impl FnOnce(&[String]) -> String,
-    ) -> Result<NotedFile, AnalysisError> {
+    ) -> Result<NotedFile, Failure> {
         let resolved = self.resolved;
         let count = bodies.filter(|body| body.mass_kg() == 0.0).count();
         if count > 0 {
@@ -284,7 +284,7 @@ impl<'a> ExportModel<'a> {
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
+    pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, Failure> {
         let (name, pose) = self.pose(pose);
         let robot = self.robot();
         let PlacedModel { model, parts } = self.placed(&pose)?;
@@ -342,7 +342,7 @@ impl<'a> ExportModel<'a> {
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn sdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
+    pub fn sdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, Failure> {
         let (name, pose) = self.pose(pose);
         let (robot, tree) = (self.robot(), self.tree(&pose)?);
         self.file(
@@ -361,7 +361,7 @@ impl<'a> ExportModel<'a> {
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
+    pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, Failure> {
         let (name, pose) = self.pose(pose);
         let (robot, tree) = (self.robot(), self.tree(&pose)?);
         let links = tree.links.iter().map(|link| &link.inertia);

@@ -1,6 +1,6 @@
 //! Results as the inputs of figures.
 
-use crate::analysis::{AnalysisError, FitData};
+use crate::analysis::{Failure, FitData};
 use crate::fit::{FactorCorrelations, FactorStatus, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
@@ -133,7 +133,7 @@ pub(super) fn residuals_figure(
     data: &FitData,
     outcome: &FitOutcome,
     table: &StiffnessTable,
-) -> Result<Figure, AnalysisError> {
+) -> Result<Figure, Failure> {
     let flagged = |reading: &Reading| {
         table.cell(&reading.cell()).is_some_and(|row| {
             row.flags

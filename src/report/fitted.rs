@@ -1,7 +1,7 @@
 //! A fit with everything that is shown of it.
 
 use crate::analysis::{
-    AnalysisError, FitData, FitSettings, doubts_about_fit, doubts_about_load_case_fit,
+    Failure, FitData, FitSettings, doubts_about_fit, doubts_about_load_case_fit,
 };
 use crate::fit::FitOutcome;
 use crate::parameters::ParameterChoice;
@@ -34,7 +34,7 @@ impl Fitted {
         data: &FitData,
         settings: &FitSettings,
         outcome: FitOutcome,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Self, Failure> {
         let (figures, mut failed_checks) = if let Some(posed) = &data.posed {
             (
                 component_figures(&outcome, &posed.posed, &data.model.robot),

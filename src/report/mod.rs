@@ -73,13 +73,12 @@ pub use map::points_parquet;
 pub use map::{
     DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives,
     LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
-    MechanismWeight, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
+    MechanismWeight, PaperCell, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
     SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics,
     ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose, points_csv, sensitivity_document,
 };
 pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
-pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
@@ -91,7 +90,7 @@ pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
-pub use stiffbench_document::{Document, DocumentBlock, Table, numbers, words};
+pub use stiffbench_document::{Document, DocumentBlock, Table};
 pub use stiffness::stiffness_document;
 pub use text::significant;
 pub(crate) use text::{micro, reading_shown};

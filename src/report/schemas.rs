@@ -32,7 +32,6 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("map", schema_of::<super::MapResult>()),
         ("map-shard", schema_of::<super::ShardReport>()),
         ("model-export", schema_of::<super::ModelExportReport>()),
-        ("paper", schema_of::<super::PaperReport>()),
         ("port-binding", schema_of::<super::BindingReport>()),
         ("ports", schema_of::<super::PortList>()),
         ("prediction", schema_of::<super::PredictionReport>()),

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use markup::{Markup, misleads};
-pub use table::{ColumnKind, Table, TableCell, TableColumn, TableOf, numbers, words};
+pub use table::{ColumnKind, Table, TableCell, TableColumn, TableOf};
 pub use units::{ascii_units, in_ascii, sign_of};
 
 /// A part of a document.

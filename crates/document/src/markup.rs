@@ -248,12 +248,8 @@ mod tests {
             for item in &items {
                 document.item(item);
             }
-            let mut table = Table::new(["name", "value", "unit"]);
-            for row in rows.chunks(3) {
-                table.row(row.to_vec());
-            }
-            table.row(items.iter().take(1).map(TableCell::marked));
-            document.table(table);
+            document.table(Table::of(rows.chunks(3)).words("name", |row| &row[0]).words("value", |row| &row[1]).words("unit", |row| &row[2]));
+            document.table(Table::of(&items).words("state", |item| TableCell::marked(item.as_str())));
             document.heading(&items[0]);
             document.note(NoteKind::Remark, &items[0]);
             document.note(NoteKind::Warning, &items[0]);

@@ -35,26 +35,6 @@ pub enum ColumnKind {
     Numbers,
 }
 
-/// A column of words.
-#[must_use]
-pub fn words(head: impl Into<String>) -> TableColumn {
-    let (head, kind) = (head.into(), ColumnKind::Words);
-    TableColumn { head, kind }
-}
-
-/// A column of numbers.
-#[must_use]
-pub fn numbers(head: impl Into<String>) -> TableColumn {
-    let (head, kind) = (head.into(), ColumnKind::Numbers);
-    TableColumn { head, kind }
-}
-
-impl<S: AsRef<str> + ?Sized> From<&S> for TableColumn {
-    fn from(head: &S) -> Self {
-        words(head.as_ref())
-    }
-}
-
 /// A cell of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
@@ -90,26 +70,12 @@ impl<D: Display> From<D> for TableCell {
 }
 
 impl Table {
-    /// A table with these columns.
-    #[must_use]
-    pub fn new(columns: impl IntoIterator<Item: Into<TableColumn>>) -> Self {
-        Self {
-            columns: columns.into_iter().map(Into::into).collect(),
-            rows: Vec::new(),
-        }
-    }
-
     /// A table without columns, with a row for each of these things.
     pub fn of<T>(things: impl IntoIterator<Item = T>) -> TableOf<T> {
         let things: Vec<T> = things.into_iter().collect();
         let (columns, rows) = (Vec::new(), vec![Vec::new(); things.len()]);
         let table = Self { columns, rows };
         TableOf { things, table }
-    }
-
-    /// Adds a row.
-    pub fn row<C: Into<TableCell>>(&mut self, cells: impl IntoIterator<Item = C>) {
-        self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 
     /// As a terminal shows it, each line ended.
@@ -146,7 +112,7 @@ impl<T> TableOf<T> {
         head: impl Into<String>,
         cell: impl Fn(&T) -> C,
     ) -> Self {
-        self.column(words(head), cell)
+        self.column(head, ColumnKind::Words, cell)
     }
 
     /// Adds a column of numbers.
@@ -156,7 +122,7 @@ impl<T> TableOf<T> {
         head: impl Into<String>,
         cell: impl Fn(&T) -> C,
     ) -> Self {
-        self.column(numbers(head), cell)
+        self.column(head, ColumnKind::Numbers, cell)
     }
 
     /// Adds columns of numbers whose cells come together.
@@ -166,7 +132,10 @@ impl<T> TableOf<T> {
         heads: impl IntoIterator<Item: Into<String>>,
         cells: impl Fn(&T) -> C,
     ) -> Self {
-        self.table.columns.extend(heads.into_iter().map(numbers));
+        let heads = heads.into_iter().map(Into::into);
+        let kind = ColumnKind::Numbers;
+        let columns = heads.map(|head| TableColumn { head, kind });
+        self.table.columns.extend(columns);
         for (row, thing) in self.table.rows.iter_mut().zip(&self.things) {
             row.extend(cells(thing).into_iter().map(Into::into));
         }
@@ -179,8 +148,20 @@ impl<T> TableOf<T> {
         if holds { add(self) } else { self }
     }
 
-    fn column<C: Into<TableCell>>(mut self, column: TableColumn, cell: impl Fn(&T) -> C) -> Self {
-        self.table.columns.push(column);
+    /// As text.
+    #[must_use]
+    pub fn text(&self) -> String {
+        self.table.text()
+    }
+
+    fn column<C: Into<TableCell>>(
+        mut self,
+        head: impl Into<String>,
+        kind: ColumnKind,
+        cell: impl Fn(&T) -> C,
+    ) -> Self {
+        let head = head.into();
+        self.table.columns.push(TableColumn { head, kind });
         for (row, thing) in self.table.rows.iter_mut().zip(&self.things) {
             row.push(cell(thing).into());
         }
@@ -205,8 +186,9 @@ mod tests {
 
     #[test]
     fn a_table_is_markdown() {
-        let mut table = Table::new([words("pose"), numbers("K")]);
-        table.row(["P|1".to_owned(), "0.5".to_owned()]);
+        let table = Table::of(["P|1"])
+            .words("pose", |pose| *pose)
+            .numbers("K", |_| 0.5);
         insta::assert_snapshot!(table.text(), @r"
         | pose |   K |
         |------|-----|
@@ -216,14 +198,15 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_on_the_right_and_words_on_the_left() {
-        let mut table = Table::new([words("pose"), numbers("K"), words("state")]);
-        for row in [
+        let rows = [
             ["P1", "-0.5", "known"],
             ["P2", "-", "21 open"],
             ["P3", "12", "no"],
-        ] {
-            table.row(row.map(str::to_owned));
-        }
+        ];
+        let table = Table::of(rows)
+            .words("pose", |row| row[0])
+            .numbers("K", |row| row[1])
+            .words("state", |row| row[2]);
         assert_eq!(
             table.text(),
             "| pose |    K | state   |\n|------|------|---------|\n| P1   | -0.5 | known   |\n| P2   |    - | 21 open |\n| P3   |   12 | no      |\n"

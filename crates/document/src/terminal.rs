@@ -107,7 +107,7 @@ mod tests {
     use insta::assert_snapshot;
 
     use super::*;
-    use crate::{Table, numbers};
+    use crate::Table;
 
     #[test]
     fn blocks_are_apart() {
@@ -115,9 +115,7 @@ mod tests {
         document.paragraph("One of these.");
         document.item("first");
         document.item("second");
-        let mut table = Table::new(["a", "b"].map(numbers));
-        table.row(["1".to_owned(), "2".to_owned()]);
-        document.table(table);
+        document.table(Table::of([1]).numbers("a", |a| *a).numbers("b", |a| a + 1));
         document.paragraph("A note.");
         assert_snapshot!(document.text(), @r"
         WHAT IS MISSING

@@ -2,60 +2,10 @@
 
 use std::fmt::Write;
 
-use serde_json::Value;
-
 use stiffbench_test_files::desk::{Desk, assert_output_contains};
 
 fn desk() -> Desk {
     Desk::new(env!("CARGO_BIN_EXE_stiffbench-validate"))
-}
-
-#[test]
-fn every_printed_cell_of_the_papers_tables_is_there() {
-    let desk = desk();
-    let data = desk.data("paper");
-    let text = stiffbench_test_files::text("data/paper/tables.csv");
-    let printed = |table: &str| {
-        text.lines()
-            .filter(|line| line.starts_with(&format!("{table},")))
-            .count()
-    };
-    for table in ["I", "III", "IV", "V", "VI"] {
-        let cells: Vec<&Value> = data["cells"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .filter(|cell| cell["table"] == table)
-            .collect();
-        assert!(printed(table) > 0);
-        assert_eq!(cells.len(), printed(table), "Table {table}");
-        for cell in cells {
-            assert!(cell["paper"].is_number(), "{cell}");
-            assert!(
-                cell["ours"].is_number() || cell["reason"].is_string(),
-                "{cell}"
-            );
-            assert!(
-                cell["reproduced"] == true || cell["reason"].is_string(),
-                "{cell}"
-            );
-        }
-    }
-}
-
-#[test]
-fn the_papers_tables_are_printed_with_what_cannot_be_had() {
-    let text = desk().run("paper").succeeds().stdout;
-    assert!(text.contains("Table III") && text.contains("Not reproduced, and why"));
-}
-
-#[test]
-fn the_papers_tables_need_its_poses() {
-    desk().refusal(
-        "paper --robot serial-arm",
-        10,
-        "stiffbench::robot::unknown_name",
-    );
 }
 
 #[test]

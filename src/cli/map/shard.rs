@@ -147,11 +147,11 @@ fn bytes(job: &MapJob, poses: &PoseSample, maps: &[StiffnessMap]) -> Result<Vec<
 /// [`ShardError::Damaged`] for anything but a whole one.
 pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
     let bytes = fs::read(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => AnalysisError::NotFound {
+        std::io::ErrorKind::NotFound => Failure::from(AnalysisError::NotFound {
             path: path.to_owned(),
             help: "shard files are written by stiffbench robot map --shard K/N --out FOLDER"
                 .to_owned(),
-        },
+        }),
         _ => ReadError::of(path)(source).into(),
     })?;
     let damaged = |problem: &str| ShardError::Damaged {

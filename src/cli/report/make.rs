@@ -98,11 +98,11 @@ pub(in crate::cli) fn write_comparison(
 }
 
 /// Under `--strict` no report is made of readings of a gauge whose calibration had run out.
-fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
+fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), Failure> {
     let overdue = source.overdue();
     if global.strict && !overdue.is_empty() {
         let instruments = overdue.join(", ");
-        return Err(AnalysisError::CalibrationOverdue { instruments });
+        return Err(AnalysisError::CalibrationOverdue { instruments }.into());
     }
     Ok(())
 }

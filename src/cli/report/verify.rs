@@ -67,7 +67,7 @@ fn again(
     }
     let source = PageSource::open_joined(&args.sessions, &options)?;
     let model = recorded(&args.model, settings);
-    Ok(session_page(&source, &model.choice()?, settings, &hash)?)
+    session_page(&source, &model.choice()?, settings, &hash)
 }
 
 /// The options of the report; those that are given now go first.

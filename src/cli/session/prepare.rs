@@ -88,12 +88,13 @@ pub(super) fn overdue(
     instruments: &Instruments,
     day: Date,
     global: &Global,
-) -> Result<Vec<String>, AnalysisError> {
+) -> Result<Vec<String>, Failure> {
     let warnings = run_out(instruments, day);
     if global.strict && !warnings.is_empty() {
         return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),
-        });
+        }
+        .into());
     }
     Ok(warnings)
 }

@@ -1,9 +1,9 @@
 //! The numbers behind the verdict page, for readers who know statistics.
 
-use stiffbench_document::{Document, Table, numbers, words};
+use stiffbench_document::{Document, Table};
 
 use crate::mismatch::{
-    DetectionLimit, EstimatedValue, ExplainedShare, Finding, Observations, Spot,
+    DetectionLimit, EstimatedValue, ExplainedShare, Finding, Observations, Rival, Spot,
 };
 use crate::physics::{Law, ParameterSpec, Place};
 use crate::report::text::{digits, open_interval, or_dash, significant};
@@ -149,23 +149,10 @@ fn findings(report: &DiagnosisReport) -> Table {
 }
 
 fn candidates(findings: &[Finding]) -> Table {
-    let mut rows = Table::new([
-        words("law and place"),
-        numbers("log B"),
-        numbers("behind the winner"),
-        numbers("cosine"),
-        words(""),
-    ]);
+    let mut rows: Vec<(&Finding, Option<&Rival>)> = Vec::new();
     let mut seen: Vec<u32> = Vec::new();
     for finding in findings {
-        let effect = &finding.effect;
-        rows.row([
-            named(effect.law, &effect.place),
-            format!("{:.1}", finding.log_bayes),
-            String::new(),
-            String::new(),
-            "named".to_owned(),
-        ]);
+        rows.push((finding, None));
         // The members of a set share their rivals: these are told once, behind the last member.
         let is_last = match finding.alternative_group {
             None => true,
@@ -177,20 +164,30 @@ fn candidates(findings: &[Finding]) -> Table {
                 seen.iter().filter(|g| **g == group).count() == members.count()
             }
         };
-        if !is_last {
-            continue;
-        }
-        for rival in &finding.rivals {
-            rows.row([
-                named(rival.effect.law, &rival.effect.place),
-                format!("{:.1}", finding.log_bayes - rival.log_bayes_to_winner),
-                format!("{:.1}", rival.log_bayes_to_winner),
-                format!("{:.3}", rival.cosine),
-                "rival".to_owned(),
-            ]);
+        if is_last {
+            rows.extend(finding.rivals.iter().map(|rival| (finding, Some(rival))));
         }
     }
-    rows
+    Table::of(rows)
+        .words("law and place", |(finding, rival)| {
+            let effect = rival.map_or(&finding.effect, |rival| &rival.effect);
+            named(effect.law, &effect.place)
+        })
+        .numbers("log B", |(finding, rival)| {
+            let behind = rival.map_or(0.0, |rival| rival.log_bayes_to_winner);
+            format!("{:.1}", finding.log_bayes - behind)
+        })
+        .numbers("behind the winner", |(_, rival)| {
+            rival.map_or_else(String::new, |one| format!("{:.1}", one.log_bayes_to_winner))
+        })
+        .numbers("cosine", |(_, rival)| {
+            rival.map_or_else(String::new, |one| format!("{:.3}", one.cosine))
+        })
+        .words(
+            "",
+            |(_, rival)| if rival.is_some() { "rival" } else { "named" },
+        )
+        .into()
 }
 
 fn strata(report: &DiagnosisReport) -> Document {

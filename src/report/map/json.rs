@@ -8,10 +8,9 @@ use std::borrow::Cow;
 use crate::distribution::{
     ColumnStudy, FitUncertainty, MapColumn, MatrixKind, MechanismStudy, RefinedStiffness, Region,
 };
-use crate::report::paper::PaperCell;
 use crate::reported::Reported;
 
-use super::{MapReport, SensitivityReport, ShiftSummary, unit_of};
+use super::{MapReport, PaperCell, SensitivityReport, ShiftSummary, unit_of};
 
 /// What `robot map` gives: the maps, or the answers to what it is asked instead.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]

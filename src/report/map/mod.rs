@@ -15,14 +15,13 @@ use crate::plot::BinValue;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE;
 use crate::robot::Robot;
 
-use super::paper::PaperCell;
-
 pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_document};
 pub use json::{
     DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult,
     MapSummary, MechanismMap, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
     Sensitivities, StiffnessQuantile, StiffnessRegion,
 };
+pub use paper::PaperCell;
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
 pub use points::points_csv;

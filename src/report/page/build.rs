@@ -3,7 +3,8 @@
 use stiffbench_document::Document;
 
 use crate::analysis::{
-    AnalysisError, DiagnoseSettings, DiagnosisData, FitData, FitSettings, ModelChoice,
+    AnalysisError, ArgumentError, DiagnoseSettings, DiagnosisData, Failure, FitData, FitSettings,
+    ModelChoice,
 };
 use crate::fit::PoseRules;
 use crate::parameters::ParameterChoice;
@@ -39,13 +40,11 @@ pub fn session_page(
     choice: &ModelChoice,
     settings: &PageSettings,
     template_sha256: &str,
-) -> Result<ReportPage, AnalysisError> {
+) -> Result<ReportPage, Failure> {
     let mut page = bare_page(source, settings, template_sha256);
     match add_model(&mut page, source, choice, settings) {
         Ok(()) => {}
-        Err(AnalysisError::NoRobot { .. }) => {
-            page.left_out.push(NO_ROBOT.to_owned());
-        }
+        Err(failure) if is_without_robot(&failure) => page.left_out.push(NO_ROBOT.to_owned()),
         Err(error) => return Err(error),
     }
     Ok(finished(page))
@@ -130,14 +129,14 @@ fn add_model(
     source: &PageSource,
     choice: &ModelChoice,
     settings: &PageSettings,
-) -> Result<(), AnalysisError> {
+) -> Result<(), Failure> {
     let mut data = DiagnosisData::new(&source.data, choice)?;
     let parameters = data.usual_choice()?;
     page.model = Some(PageModel::from(&data.model));
     match fitted(source, choice, &parameters, settings) {
         Ok((fitted, at_load_n)) => add_fit(page, fitted, &data, at_load_n),
-        Err(AnalysisError::Argument(error)) => return Err(error.into()),
-        Err(error) => page.leave_out("Fit", &error),
+        Err(failure) if failure.error().is::<ArgumentError>() => return Err(failure),
+        Err(failure) => page.leave_out("Fit", &failure),
     }
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());
@@ -153,7 +152,7 @@ fn add_model(
             page.figures.diagnosis = figures_of_diagnosis(&report);
             page.diagnosis = Some(PageDiagnosis::from(&report));
         }
-        Err(error) => page.leave_out("Diagnosis", &error),
+        Err(failure) => page.leave_out("Diagnosis", &failure),
     }
     Ok(())
 }
@@ -197,7 +196,7 @@ fn fitted(
     choice: &ModelChoice,
     parameters: &ParameterChoice,
     settings: &PageSettings,
-) -> Result<(Fitted, f64), AnalysisError> {
+) -> Result<(Fitted, f64), Failure> {
     let data = FitData::new(source.data.clone(), choice, Method::Regression)?;
     let fit = FitSettings {
         train: settings.train.clone(),
@@ -220,10 +219,17 @@ fn fitted(
     Ok((fitted, at_load_n))
 }
 
+/// Whether data need a model, and no robot is named.
+fn is_without_robot(failure: &Failure) -> bool {
+    let error = failure.error().downcast_ref();
+    matches!(error, Some(AnalysisError::NoRobot { .. }))
+}
+
 impl ReportPage {
     /// States why a part is missing.
-    pub(super) fn leave_out(&mut self, part: &str, error: &dyn std::error::Error) {
-        self.left_out.push(format!("{part}: {}.", in_words(error)));
+    pub(super) fn leave_out(&mut self, part: &str, failure: &Failure) {
+        self.left_out
+            .push(format!("{part}: {}.", in_words(failure.error())));
     }
 }
 

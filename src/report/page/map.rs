@@ -2,15 +2,16 @@
 
 use stiffbench_document::{Document, NoteKind};
 
+use crate::analysis::Failure;
 use crate::distribution::{
-    MapColumn, MapModel, MapPlane, MechanismStudy, NoMap, PosePlan, PoseSample, Sampling, Shard,
-    StiffnessMap, StudyPoses, WorkspaceError, variables_beside_the_plane,
+    MapColumn, MapModel, MapPlane, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
+    StiffnessMap, StudyPoses, variables_beside_the_plane,
 };
 use crate::fit::FactorEstimate;
-use crate::physics::{ActingPhysics, Effect, EffectError};
+use crate::physics::{ActingPhysics, Effect};
 use crate::report::MapReport;
 use crate::report::map::statistics_table;
-use crate::robot::{FittingFactors, Robot, RobotError};
+use crate::robot::{FittingFactors, Robot};
 use crate::test_point::Direction;
 
 use super::figures::page_figure;
@@ -19,20 +20,10 @@ use super::{PageFigure, ReportPage};
 /// Poses of the map: enough for a picture, few enough for a page.
 const POSES: usize = 600;
 
-/// Why there is no map.
-#[derive(Debug, thiserror::Error)]
-enum NoPageMap {
-    #[error(transparent)]
-    Robot(#[from] RobotError),
-    #[error(transparent)]
-    Effect(#[from] EffectError),
-    #[error(transparent)]
-    Poses(#[from] WorkspaceError),
-    #[error(transparent)]
-    Map(#[from] NoMap),
-    #[error("the model takes none of the {POSES} poses")]
-    Empty,
-}
+/// Why there is no map, though the model acts.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("the model takes none of the {POSES} poses")]
+struct NoPoseOfMap;
 
 /// A fitted model.
 pub(super) struct MappedModel<'a> {
@@ -54,7 +45,7 @@ pub(super) fn add_map(page: &mut ReportPage, model: &MappedModel<'_>, directions
             page.map = map;
             page.figures.map = figures;
         }
-        Err(error) => page.leave_out("Stiffness over the workspace", &error),
+        Err(failure) => page.leave_out("Stiffness over the workspace", &failure),
     }
 }
 
@@ -63,7 +54,7 @@ fn workspace_map(
     model: &MappedModel<'_>,
     directions: &[Direction],
     seed: u64,
-) -> Result<(Document, Vec<PageFigure>), NoPageMap> {
+) -> Result<(Document, Vec<PageFigure>), Failure> {
     let robot = model.robot;
     let mechanism = robot.mechanism(Some(model.mechanism))?;
     let factors = robot.with_own_springs(model.factors);
@@ -95,7 +86,7 @@ fn workspace_map(
     let solved = MapModel::new(robot, &physics, &factors.without_springs(), at_load_n)?;
     let map = StiffnessMap::over(&solved, &poses, &columns)?;
     if map.is_empty() {
-        return Err(NoPageMap::Empty);
+        return Err(NoPoseOfMap.into());
     }
     let poses = StudyPoses::new(poses, plan.sampling, plane);
     let study = MechanismStudy::of(&solved, map, &poses, None)?;

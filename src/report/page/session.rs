@@ -6,8 +6,7 @@ use serde::Serialize;
 use stiffbench_document::{Document, NoteKind, Table, TableCell};
 
 use crate::analysis::{
-    AnalysisError, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable,
-    doubts_about_stiffness,
+    Failure, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable, doubts_about_stiffness,
 };
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -100,7 +99,7 @@ impl PageSession {
     ///
     /// # Errors
     /// For a journal or a file that cannot be read.
-    pub fn new(session: &LoadedSession, table: StiffnessTable) -> Result<Self, AnalysisError> {
+    pub fn new(session: &LoadedSession, table: StiffnessTable) -> Result<Self, Failure> {
         let readings = || session.table.one_of_each_load();
         let texts = readings().filter_map(|reading| reading.text.as_ref());
         let utc: Vec<&str> = texts.map(|text| &*text.utc).collect();
@@ -135,7 +134,7 @@ impl PageSession {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn of_load_cases(loaded: &LoadedLoadCases) -> Result<Self, AnalysisError> {
+    pub fn of_load_cases(loaded: &LoadedLoadCases) -> Result<Self, Failure> {
         let (history, cases) = (loaded.history()?, loaded.table.cases.len());
         Ok(PageSession {
             load_cases: Some(cases),
@@ -173,7 +172,7 @@ fn without_results<T>(
     history: Option<&SessionHistory>,
     utc: &[&str],
     temperatures_deg_c: &[f64],
-) -> Result<PageSession, AnalysisError> {
+) -> Result<PageSession, Failure> {
     let header = session.header.as_ref();
     let named = header.iter().flat_map(|one| one.instruments.named());
     let gauges = named.map(|(name, record)| PageGauge {

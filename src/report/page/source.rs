@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::analysis::{AnalysisError, Data, Inputs, LoadedSession, OpenSettings, SessionTable};
+use crate::analysis::{Data, Failure, Inputs, LoadedSession, OpenSettings, SessionTable};
 use crate::count::counted;
 use crate::stiffness::{Branches, StiffnessTable};
 
@@ -25,18 +25,16 @@ impl PageSource {
     ///
     /// # Errors
     /// For data that are not there or cannot be read, and a table that differs from its journal.
-    pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, Failure> {
         let opened = paths.iter().map(|path| LoadedSession::open(path, options));
-        Self::of(Data::Readings(
-            opened.collect::<Result<_, AnalysisError>>()?,
-        ))
+        Self::of(Data::Readings(opened.collect::<Result<_, Failure>>()?))
     }
 
     /// Opens sessions, or load cases, of one robot that are fitted and diagnosed together.
     ///
     /// # Errors
     /// As [`open`](Self::open), and for data that do not go together.
-    pub fn open_joined(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+    pub fn open_joined(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, Failure> {
         Self::of(match paths.split_first() {
             None => Data::Readings(Vec::new()),
             Some((first, further)) => {
@@ -45,7 +43,7 @@ impl PageSource {
         })
     }
 
-    fn of(mut data: Data) -> Result<Self, AnalysisError> {
+    fn of(mut data: Data) -> Result<Self, Failure> {
         let (mut tables, mut parts) = (Vec::new(), Vec::new());
         match &mut data {
             Data::Readings(sessions) => {

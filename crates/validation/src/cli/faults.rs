@@ -402,13 +402,12 @@ fn report(
             .find(|(trial, ..)| trial.case == case && trial.phase == phase)
     };
     let mut text = String::from("Every fault in every phase, and what became of the session\n\n");
-    let mut table = Table::new(["fault"].iter().chain(phases));
-    for &case in cases {
-        let effects = phases.iter().map(|phase| {
-            let effect = of(case, phase).map(|(_, effect, _)| effect.to_string());
+    let mut table = Table::of(cases).words("fault", |case| CASES[**case].name);
+    for phase in phases {
+        table = table.words(*phase, |case| {
+            let effect = of(**case, phase).map(|(_, effect, _)| effect.to_string());
             effect.unwrap_or_default()
         });
-        table.row([CASES[case].name.to_owned()].into_iter().chain(effects));
     }
     text.push_str(&table.text());
     text.push_str("\nWhat was said\n");

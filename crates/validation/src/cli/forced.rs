@@ -116,7 +116,7 @@ impl Doors<'_> {
     /// What fit and diagnosis answer of a trial, told of its law.
     fn told(&self, case: &ForcedCase<'_>, seed: u64) -> Result<DoorAnswer, Failure> {
         let (bench, judge) = match case.by {
-            Readings::Part(part) => return Ok(part.answer(&case.effect, seed)?),
+            Readings::Part(part) => return part.answer(&case.effect, seed),
             Readings::Robot(bench, judge) => (bench, judge),
         };
         let folder = temporary()?;

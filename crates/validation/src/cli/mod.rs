@@ -7,7 +7,6 @@ mod error;
 #[cfg(unix)]
 mod faults;
 mod forced;
-mod paper;
 mod prove;
 mod prove_args;
 mod recordings;
@@ -34,7 +33,7 @@ use stiffbench::cli::outcome::{Outcome, print_usage};
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench-validate prove --quick                      blind test and error rates in a few minutes\n  stiffbench-validate recordings --from my-recordings    recordings by others, with their known answers\n  stiffbench-validate paper                              the paper's tables beside ours\n  stiffbench-validate reference compare                  beams beside solid elements\n  stiffbench-validate faults --phase settle              faults of gauges and lines in a session\n\nExit codes: those of stiffbench."
+    after_help = "Examples:\n  stiffbench-validate prove --quick                      blind test and error rates in a few minutes\n  stiffbench-validate recordings --from my-recordings    recordings by others, with their known answers\n  stiffbench-validate reference compare                  beams beside solid elements\n  stiffbench-validate faults --phase settle              faults of gauges and lines in a session\n\nExit codes: those of stiffbench."
 )]
 struct ValidateCli {
     /// What all subcommands share.
@@ -52,8 +51,6 @@ enum ValidateCommand {
     Prove(prove_args::ProveArgs),
     /// Diagnoses of recordings by others, read from a folder of yours, beside their known answers
     Recordings(recordings::RecordingsArgs),
-    /// The paper's Tables I and III to VI beside ours, cell by cell
-    Paper(paper::PaperArgs),
     /// Beams beside solid elements: write the robot for CalculiX, run it, compare (the paper's Table IV)
     Reference(reference::ReferenceArgs),
     /// Every fault of a gauge or line in every phase of a session, and what became of the readings
@@ -100,7 +97,6 @@ fn run(cli: ValidateCli) -> Result<Outcome, Failure> {
     match cli.command {
         ValidateCommand::Prove(args) => prove::run(&args, global),
         ValidateCommand::Recordings(args) => recordings::run(&args, global),
-        ValidateCommand::Paper(args) => paper::run(&args),
         ValidateCommand::Reference(args) => reference::run(&args, global),
         #[cfg(unix)]
         ValidateCommand::Faults(args) => faults::run(&args, global),

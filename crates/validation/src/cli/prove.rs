@@ -13,9 +13,8 @@ use crate::prove::{
     beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, unseal,
 };
 use crate::report::{
-    BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
-    ProveReport, calibration_text, concealed_text, doors_text, forced_text, idealised_text,
-    power_figure, power_text,
+    CalibrationReport, ConcealedReport, PowerReport, ProveParts, ProveReport, blind_verdicts,
+    calibration_text, doors_text, forced_text, idealised_text, power_figure, power_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Effect, Law, TestObject, laws};
@@ -154,7 +153,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     let chosen = selected_sessions(args, &folder)?;
     let sessions: Vec<ValidationSession> = chosen
         .iter()
-        .map(|chosen| Ok(ValidationSession::read(&session_texts(&folder, chosen)?)?))
+        .map(|chosen| ValidationSession::read(&session_texts(&folder, chosen)?))
         .collect::<Result<_, Failure>>()?;
     let bar = progress(global, "concealed sessions", sessions.len() as u64);
     let options = SearchOptions {
@@ -163,7 +162,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     };
     let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
     bar.finish_and_clear();
-    let written = format!("{:#}\n", json!(BlindVerdicts::new(&verdicts, args.seed)));
+    let written = format!("{:#}\n", blind_verdicts(&verdicts, args.seed));
     write_again(&args.out.join("verdicts.json"), written.as_bytes())?;
 
     let mut answers = unsealed(&folder.join(ANSWERS))?;
@@ -181,11 +180,12 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
                 let observer = observer.as_ref();
                 observer.map_or(Ok(0.0), |observer| observer.between(number, member))
             };
-            Ok(score(verdict, answer, *set, &between)?)
+            score(verdict, answer, *set, &between)
         })
         .collect::<Result<Vec<_>, Failure>>()?;
-    done.text.push_str(&concealed_text(&scores));
-    done.parts.concealed = Some(ConcealedReport::new(&scores));
+    let report = ConcealedReport::new(&scores);
+    done.text.push_str(&report.text());
+    done.parts.concealed = Some(report);
     Ok(())
 }
 
@@ -216,7 +216,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         Some(robot) => robot_plans(robot)?,
         None => plan_texts(args)?
             .iter()
-            .map(|texts| Ok(ValidationSession::read(texts)?))
+            .map(ValidationSession::read)
             .collect::<Result<_, Failure>>()?,
     };
     let options = PowerOptions {
@@ -256,14 +256,14 @@ fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Fail
     let bar = progress(global, "standard errors", ERROR_MECHANISMS.len() as u64);
     let mut plans = Vec::new();
     for mechanism in ERROR_MECHANISMS {
-        plans.push(usual_plan(&robot, mechanism, "load-unload", args.seed)?);
+        let plan = usual_plan(&robot, mechanism, "load-unload", args.seed)?;
+        plans.push((format!("mechanism {mechanism}"), plan));
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let benches = ERROR_MECHANISMS.map(|mechanism| format!("mechanism {mechanism}"));
     let rows = beside_idealised(&plans);
-    done.text.push_str(&idealised_text(&benches, &plans, &rows));
-    done.parts.errors = Some(IdealisedErrors::all(&benches, &rows));
+    done.text.push_str(&idealised_text(&plans, &rows));
+    done.parts.errors = Some(rows);
     Ok(())
 }
 

@@ -15,7 +15,7 @@ use stiffbench::mismatch::MOST_READINGS_OF_A_PART;
 use stiffbench::specimen::read_specimen;
 
 use crate::prove::{Recording, RecordingScore, Recordings, score_pose_errors, score_recording};
-use crate::report::{RecordingTotals, RecordingsReport, recordings_text};
+use crate::report::{RecordingTotals, RecordingVerdict, RecordingsReport, recordings_text};
 
 use super::error::ValidationError;
 
@@ -54,7 +54,11 @@ pub(crate) fn run(args: &RecordingsArgs, global: &Global) -> Result<Outcome, Fai
             Some(texts) => {
                 let began = Instant::now();
                 let score = scored(recording, &texts, args.seed)?;
-                scores.push((score, began.elapsed().as_secs_f64()));
+                scores.push(RecordingVerdict {
+                    is_right: score.is_right(),
+                    seconds: began.elapsed().as_secs_f64(),
+                    score,
+                });
             }
             None => absent.push(recording),
         }
@@ -73,12 +77,12 @@ pub(crate) fn run(args: &RecordingsArgs, global: &Global) -> Result<Outcome, Fai
             recording.name, recording.source
         );
     }
-    let wrong = scores.iter().any(|(score, _)| !score.is_right());
+    let wrong = scores.iter().any(|one| !one.is_right);
     let data = RecordingsReport {
         folder: args.from.clone(),
         seed: args.seed,
         totals: RecordingTotals::new(&scores),
-        recordings: scores.into_iter().map(Into::into).collect(),
+        recordings: scores,
         absent: absent
             .into_iter()
             .map(|recording| recording.name.clone())
@@ -130,5 +134,5 @@ fn scored(recording: &Recording, texts: &[String], seed: u64) -> Result<Recordin
     let joined = recording.table(texts)?;
     let table = read_specimen(&[(&recording.name, joined.as_bytes())], options)?;
     let table = table.thinned(MOST_READINGS_OF_A_PART);
-    Ok(score_recording(recording, &table, seed)?)
+    score_recording(recording, &table, seed)
 }

@@ -1,6 +1,7 @@
 //! How often something is found where nothing is missing, and how often intervals hold what they promise.
 
 use std::fmt;
+use stiffbench::analysis::Failure;
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -9,7 +10,6 @@ use serde::Serialize;
 use stiffbench_diagnosis::mismatch::SearchOptions;
 
 use super::answer_text::diagnosis_words;
-use super::error::ProveError;
 use super::session::{SessionTexts, ValidationSession, fewer_readings};
 use super::share::Share;
 use super::trial_bench::{NoiseKind, TrialBench, factors_covered, is_alarm, seed_of};
@@ -114,7 +114,7 @@ pub struct FalseAlarm {
 pub fn calibration_plans(
     texts: &[SessionTexts],
     each: Option<usize>,
-) -> Result<Vec<CalibrationPlan>, ProveError> {
+) -> Result<Vec<CalibrationPlan>, Failure> {
     let sessions: Vec<ValidationSession> = texts
         .iter()
         .map(ValidationSession::read)
@@ -196,7 +196,7 @@ pub fn calibrate(
     (trials, earlier): (usize, usize),
     seed: u64,
     done: &(dyn Fn() + Sync),
-) -> Result<Vec<CalibrationRow>, ProveError> {
+) -> Result<Vec<CalibrationRow>, Failure> {
     plans
         .iter()
         .enumerate()
@@ -213,7 +213,7 @@ fn calibrate_plan(
     (trials, earlier): (usize, usize),
     seed: u64,
     done: &(dyn Fn() + Sync),
-) -> Result<CalibrationRow, ProveError> {
+) -> Result<CalibrationRow, Failure> {
     let options = SearchOptions {
         seed,
         ..SearchOptions::default()

@@ -2,6 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stiffbench::analysis::Failure;
 
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceScale};
 use stiffbench_diagnosis::mismatch::{
@@ -9,7 +10,6 @@ use stiffbench_diagnosis::mismatch::{
 };
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::error::ProveError;
 use super::trial_bench::TrialBench;
 
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
@@ -60,7 +60,7 @@ pub(super) fn testable(
     bench: &TrialBench<'_>,
     law: Law,
     open: bool,
-) -> Result<Vec<Effect>, ProveError> {
+) -> Result<Vec<Effect>, Failure> {
     if law.is_of_one_run() {
         return Ok(in_runs(bench, law));
     }
@@ -123,7 +123,7 @@ pub(super) fn scaled(
     effect: &Effect,
     beside: &Truth,
     size: f64,
-) -> Result<Option<Truth>, ProveError> {
+) -> Result<Option<Truth>, Failure> {
     let mut truth = beside.clone();
     truth.effects.push(effect.clone());
     let truth = scale_to(&bench.baseline, &bench.plan, &truth, size)?;
@@ -142,7 +142,7 @@ pub(super) fn reaching(
     bench: &TrialBench<'_>,
     effects: &[Effect],
     most: usize,
-) -> Result<Vec<Effect>, ProveError> {
+) -> Result<Vec<Effect>, Failure> {
     let mut reaching = Vec::new();
     for effect in effects {
         if reaching.len() == most {
@@ -163,7 +163,7 @@ pub(super) fn reaching(
 ///
 /// # Errors
 /// [`ProveError`].
-pub(super) fn missing_member(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
+pub(super) fn missing_member(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, Failure> {
     let mut best: Option<(Effect, f64)> = None;
     for effect in bench.baseline.other_structures() {
         let mut truth = bench.first.0.clone();
@@ -228,7 +228,7 @@ pub(super) fn small_values(law: Law, scale: &PlaceScale) -> Vec<f64> {
         .collect()
 }
 
-fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
+fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, Failure> {
     let mut solver = bench.baseline.solver(0)?;
     solver.solve(&bench.first.0.parameters)?;
     let largest_n = bench

@@ -1,12 +1,5 @@
 //! What can keep a proof from being made.
 
-use stiffbench::bench::BenchError;
-use stiffbench_beams::physics::EffectError;
-use stiffbench_beams::robot::RobotError;
-use stiffbench_diagnosis::mismatch::MismatchError;
-use stiffbench_measurement::readings::{ReadingsError, SessionFileError};
-use stiffbench_measurement::specimen::SpecimenError;
-use stiffbench_numeric::least_squares::LeastSquaresError;
 use stiffbench_units_and_text::toml_text::TomlError;
 
 /// Why there is no proof.
@@ -66,38 +59,6 @@ pub enum ProveError {
         /// The session.
         session: String,
     },
-    /// Readings that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Readings(#[from] ReadingsError),
-    /// A header that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    SessionFile(#[from] SessionFileError),
-    /// A robot that cannot be read or placed.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Robot(#[from] RobotError),
-    /// A recording that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Specimen(#[from] SpecimenError),
-    /// A trial that cannot be computed.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Mismatch(#[from] MismatchError),
-    /// A fit that cannot be made.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    LeastSquares(#[from] LeastSquaresError),
-    /// A plan that cannot be followed.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Bench(#[from] BenchError),
-    /// An effect of a trial that cannot be.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Effect(#[from] EffectError),
 }
 
 impl From<TomlError> for ProveError {

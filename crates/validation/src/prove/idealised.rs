@@ -3,8 +3,12 @@
 //! The idealised bench knows sizes of noise and shapes of effects, and has three factors with random patterns over its cells in place of a
 //! structure. Its powers are upper limits; what a robot's own factors imitate, and what its joints do to each other, only a robot shows.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use stiffbench_beams::physics::{Law, laws};
 use stiffbench_diagnosis::mismatch::{DesignReport, LawDesign};
+use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 
 /// Laws with their standard errors on the idealised bench, µm at the largest load: four poses, three directions, five repeats, loading and
 /// unloading, a mean compliance of 20 µm/N, readings to 6 µm on a gauge of 10 µm, zeros to 5 µm, slopes of runs to 0.5 %.
@@ -20,54 +24,58 @@ pub const IDEALISED_UM: [(Law, f64); 9] = [
     (laws::SETTING_IN, 3.1),
 ];
 
-/// Standard errors of a law at its places under a plan: the smallest, the one in the middle, the largest, as change of a reading, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlaceErrors {
+/// A law's standard errors as changes of a reading, on the idealised bench and under plans of real ones.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct IdealisedErrors {
+    /// The law.
+    pub physics: Law,
+    /// Standard error on the idealised bench, µm.
+    pub idealised_um: f64,
+    /// Under each plan.
+    pub plans: Vec<ErrorsOfPlan>,
+}
+
+/// A law's standard errors under one plan.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ErrorsOfPlan {
+    /// The mechanism.
+    pub bench: String,
     /// Places that show the law.
     pub places: usize,
-    /// Smallest, middle, largest.
-    pub error_m: [f64; 3],
+    /// Smallest, middle and largest over these places, µm; `null` without such a place.
+    pub standard_error_um: Option<[f64; 3]>,
 }
 
-/// A law on the idealised bench and under plans of real ones.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ErrorRow {
-    /// The law.
-    pub law: Law,
-    /// Standard error on the idealised bench, m.
-    pub idealised_m: f64,
-    /// For each plan; `None` where no place shows the law.
-    pub plans: Vec<Option<PlaceErrors>>,
-}
-
-/// Holds the standard errors of plans against the idealised ones.
+/// Holds the standard errors of plans, each with the name of its bench, against the idealised ones.
 #[must_use]
-pub fn beside_idealised(plans: &[DesignReport]) -> Vec<ErrorRow> {
-    IDEALISED_UM
-        .iter()
-        .map(|&(law, idealised_um)| ErrorRow {
-            law,
-            idealised_m: 1e-6 * idealised_um,
-            plans: plans
-                .iter()
-                .map(|plan| at_places(law, &plan.laws))
-                .collect(),
-        })
-        .collect()
+pub fn beside_idealised(plans: &[(String, DesignReport)]) -> Vec<IdealisedErrors> {
+    let row = |&(law, idealised_um): &(Law, f64)| IdealisedErrors {
+        physics: law,
+        idealised_um,
+        plans: plans
+            .iter()
+            .map(|(bench, plan)| ErrorsOfPlan::new(bench, law, &plan.laws))
+            .collect(),
+    };
+    IDEALISED_UM.iter().map(row).collect()
 }
 
-fn at_places(law: Law, designs: &[LawDesign]) -> Option<PlaceErrors> {
-    let mut errors: Vec<f64> = designs
-        .iter()
-        .filter(|design| design.suspect.law == law)
-        .map(|design| design.standard_error_m)
-        .collect();
-    errors.sort_by(f64::total_cmp);
-    let (first, last) = (*errors.first()?, *errors.last()?);
-    Some(PlaceErrors {
-        places: errors.len(),
-        error_m: [first, errors[errors.len() / 2], last],
-    })
+impl ErrorsOfPlan {
+    fn new(bench: &str, law: Law, designs: &[LawDesign]) -> Self {
+        let own = designs.iter().filter(|design| design.suspect.law == law);
+        let errors = own.map(|design| design.standard_error_m / METRES_PER_MICROMETRE);
+        let mut errors: Vec<f64> = errors.collect();
+        errors.sort_by(f64::total_cmp);
+        let middle = errors.get(errors.len() / 2);
+        let ends = errors.first().zip(errors.last());
+        Self {
+            bench: bench.to_owned(),
+            places: errors.len(),
+            standard_error_um: ends
+                .zip(middle)
+                .map(|((least, most), middle)| [*least, *middle, *most]),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -97,10 +105,14 @@ mod tests {
             inseparable: Vec::new(),
             unseen: Vec::new(),
         };
-        let rows = beside_idealised(&[plan]);
-        let found = rows[0].plans[0].unwrap();
-        assert_eq!((found.places, found.error_m), (3, [1e-6, 2e-6, 3e-6]));
-        assert!(rows[1..].iter().all(|row| row.plans == [None]));
-        assert!((rows[0].idealised_m - 0.65e-6).abs() < 1e-12);
+        let rows = beside_idealised(&[("bench".to_owned(), plan)]);
+        let found = &rows[0].plans[0];
+        let [least, middle, most] = found.standard_error_um.unwrap();
+        assert_eq!((found.places, found.bench.as_str()), (3, "bench"));
+        for (found, expected) in [(least, 1.0), (middle, 2.0), (most, 3.0)] {
+            assert!((found - expected).abs() < 1e-12);
+        }
+        let mut others = rows[1..].iter().flat_map(|row| &row.plans);
+        assert!(others.all(|plan| plan.places == 0 && plan.standard_error_um.is_none()));
     }
 }

@@ -43,7 +43,7 @@ pub use doors::{
     vector_table,
 };
 pub use error::ProveError;
-pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
+pub use idealised::{ErrorsOfPlan, IDEALISED_UM, IdealisedErrors, beside_idealised};
 pub use observer::Observer;
 pub use pose_errors::score_pose_errors;
 pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};

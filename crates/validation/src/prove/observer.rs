@@ -1,6 +1,7 @@
 //! How far other names are from what acts in a concealed session, for an observer who knows its noise: among today's laws, of which the program
 //! that made the sessions does not know all.
 
+use stiffbench::analysis::Failure;
 use stiffbench_beams::physics::Effect;
 use stiffbench_diagnosis::mismatch::{
     Baseline, Observations, ReadingNoise, RobotBaseline, TrialNoise, Truth,
@@ -8,7 +9,6 @@ use stiffbench_diagnosis::mismatch::{
 };
 
 use super::answers::{SealedAnswer, TrueEffect};
-use super::error::ProveError;
 use super::session::ValidationSession;
 
 /// One metre, µm.
@@ -26,16 +26,16 @@ impl<'a> Observer<'a> {
     /// The observer of a session; `None` where something outside the library acts.
     ///
     /// # Errors
-    /// [`ProveError::Robot`], [`ProveError::Form`].
+    /// If it cannot be computed.
     pub fn new(
         session: &'a ValidationSession,
         answer: &SealedAnswer,
-    ) -> Result<Option<Self>, ProveError> {
+    ) -> Result<Option<Self>, Failure> {
         if answer.truth.iter().any(|effect| effect.law().is_none()) {
             return Ok(None);
         }
         let effects = answer.truth.iter().map(TrueEffect::effect);
-        let effects = effects.collect::<Result<_, ProveError>>()?;
+        let effects = effects.collect::<Result<_, _>>()?;
         let baseline = session.baseline()?;
         let parameters = baseline.parameters().iter().map(|parameter| {
             let property = parameter.name.trim_start_matches("beam.");
@@ -74,8 +74,8 @@ impl<'a> Observer<'a> {
     /// What a name leaves of one of the true effects, standard errors.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub fn between(&self, number: usize, member: &Effect) -> Result<f64, ProveError> {
+    /// If it cannot be computed.
+    pub fn between(&self, number: usize, member: &Effect) -> Result<f64, Failure> {
         let mut as_last = self.truth.clone();
         let own = as_last.effects.remove(number);
         // A richer law is as near as the simpler one that it contains.

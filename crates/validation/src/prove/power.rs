@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench::analysis::Failure;
 
 use stiffbench_beams::physics::{Effect, Law, Needs, Place, laws};
 use stiffbench_diagnosis::mismatch::{SearchOptions, Truth};
 
 use super::calibration::{is_full, places_of_benches};
 use super::cases::{missing_member, reaching, reshaped, scaled, testable};
-use super::error::ProveError;
 use super::ideal::{IdealSearch, IdealSession};
 use super::score::is_apart;
 use super::session::ValidationSession;
@@ -125,12 +125,12 @@ pub struct PowerCase {
 ///
 /// # Errors
 /// [`ProveError`] if a trial cannot be computed, and those of `so_far`.
-pub fn power<E: From<ProveError>>(
+pub fn power(
     sessions: &[ValidationSession],
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
-    so_far: &mut dyn FnMut(&[PowerCase]) -> Result<(), E>,
-) -> Result<Vec<PowerCase>, E> {
+    so_far: &mut dyn FnMut(&[PowerCase]) -> Result<(), Failure>,
+) -> Result<Vec<PowerCase>, Failure> {
     let search = SearchOptions {
         seed: options.seed,
         ..SearchOptions::default()
@@ -216,7 +216,7 @@ fn law_case(
     open: bool,
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
-) -> Result<Option<PowerCase>, ProveError> {
+) -> Result<Option<PowerCase>, Failure> {
     let (effects, sizes) = if law.is_missing_element() {
         let Some((effect, size)) = missing_member(bench)? else {
             return Ok(None);
@@ -241,7 +241,7 @@ fn law_case(
                 u64::from(open),
                 number as u64,
             ]);
-            let truth_at = |block: usize| -> Result<Option<Truth>, ProveError> {
+            let truth_at = |block: usize| -> Result<Option<Truth>, Failure> {
                 let factors_seed = seed_of(&[seed, 1, block as u64]);
                 let effect = &effects[block % effects.len()];
                 let mut truth = bench.truth(factors_seed);
@@ -252,7 +252,7 @@ fn law_case(
                 let other = reshaped(effect, seed_of(&[factors_seed, 1]));
                 scaled(bench, &other, &truth, size)
             };
-            Ok::<_, ProveError>(PowerPoint {
+            Ok::<_, Failure>(PowerPoint {
                 ideal: ideal_point(ideal, &effects, size, seed_of(&[seed, 3])),
                 ..point(bench, size, seed, options.trials, &truth_at, done)?
             })
@@ -310,7 +310,7 @@ fn pair_case(
     open: bool,
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
-) -> Result<Option<PowerCase>, ProveError> {
+) -> Result<Option<PowerCase>, Failure> {
     let mut effects: Vec<Effect> = Vec::new();
     for law in laws {
         let reaching = reaching(bench, &testable(bench, law, open)?, 1)?;
@@ -325,7 +325,7 @@ fn pair_case(
         laws[0].number() as u64,
         laws[1].number() as u64,
     ]);
-    let truth_at = |block: usize| -> Result<Option<Truth>, ProveError> {
+    let truth_at = |block: usize| -> Result<Option<Truth>, Failure> {
         let mut truth = Some(bench.truth(seed_of(&[seed, 1, block as u64])));
         for effect in &effects {
             let Some(beside) = truth else {
@@ -356,9 +356,9 @@ fn point(
     size: f64,
     seed: u64,
     trials: usize,
-    truth_at: &(dyn Fn(usize) -> Result<Option<Truth>, ProveError> + Sync),
+    truth_at: &(dyn Fn(usize) -> Result<Option<Truth>, Failure> + Sync),
     done: &(dyn Fn() + Sync),
-) -> Result<PowerPoint, ProveError> {
+) -> Result<PowerPoint, Failure> {
     let blocks = trials.div_ceil(SHARE_FACTORS);
     let judged: Vec<Vec<Judged>> = (0..blocks)
         .into_par_iter()
@@ -382,7 +382,7 @@ fn point(
                 })
                 .collect()
         })
-        .collect::<Result<_, ProveError>>()?;
+        .collect::<Result<_, Failure>>()?;
     let judged: Vec<Judged> = judged.into_iter().flatten().collect();
     let sum = |share: fn(&Judged) -> Share| {
         judged

@@ -1,6 +1,7 @@
 //! What was said of a recording, compared with its known answer. The rules stand in `data/recordings/README.md`.
 
 use std::collections::BTreeSet;
+use stiffbench::analysis::Failure;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -11,7 +12,6 @@ use stiffbench_diagnosis::mismatch::{
 use stiffbench_measurement::specimen::SpecimenTable;
 
 use super::answer_text::diagnosis_words;
-use super::error::ProveError;
 use super::recordings::Recording;
 
 /// How an answer counts.
@@ -39,31 +39,37 @@ impl RecordingOutcome {
 }
 
 /// A recording and what was said of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RecordingScore {
     /// Its name.
+    #[serde(rename = "recording")]
     pub name: String,
-    /// Readings.
+    /// How many readings it has.
     pub readings: usize,
     /// Verdicts that are right.
+    #[serde(rename = "right")]
     pub expected: Vec<String>,
     /// Laws one of which must lead.
     pub physics: Vec<String>,
-    /// What was said.
+    /// The verdict.
+    #[serde(rename = "said")]
     pub verdict: String,
-    /// How far it may be relied on; `None` without a graded diagnosis.
+    /// How far the verdict may be relied on; `null` without a graded diagnosis.
     pub grade: Option<VerdictGrade>,
     /// The leading finding, or the members of its set.
     pub leading: Vec<String>,
     /// Shares of the misfit that all findings explain together.
+    #[serde(flatten)]
     pub shares: MisfitShares,
     /// The same in words.
     pub words: String,
     /// How it counts.
     pub outcome: RecordingOutcome,
-    /// Names that neither the physics nor what is acceptable beside it holds.
+    /// Laws that were named and are foreign: neither the physics nor what is acceptable beside it holds them.
+    #[serde(rename = "false_names")]
     pub foreign: Vec<String>,
     /// Why that is the right answer.
+    #[serde(skip)]
     pub why: String,
     /// Known figures beside ours, where ours has the same meaning.
     pub figures: Vec<ComparedFigure>,
@@ -192,12 +198,12 @@ fn outcome(
 /// Diagnoses a table without a robot and compares the verdict with the known answer.
 ///
 /// # Errors
-/// [`ProveError::Mismatch`].
+/// If it cannot be computed.
 pub fn score_recording(
     recording: &Recording,
     table: &SpecimenTable,
     seed: u64,
-) -> Result<RecordingScore, ProveError> {
+) -> Result<RecordingScore, Failure> {
     let (line, observations) = Line::of_table(table)?;
     let options = SearchOptions {
         seed,

@@ -1,6 +1,7 @@
 //! Verdicts compared with answers, by fixed rules.
 
 use std::fmt;
+use stiffbench::analysis::Failure;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,7 +13,6 @@ use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict, VerdictGrade};
 use super::answer_text::{answer_words, diagnosis_words};
 use super::answers::{Expected, KnownRival, SealedAnswer, Set, TrueEffect, place_words};
 use super::blind::BlindVerdict;
-use super::error::ProveError;
 
 /// Rivals nearer than this cannot be distinguished, standard errors.
 pub const INSEPARABLE: f64 = 2.0;
@@ -192,7 +192,7 @@ impl Score {
 }
 
 /// How far a name is from one of the true effects, by its number, for an observer who knows the noise: standard errors.
-pub type Distances<'a> = dyn Fn(usize, &Effect) -> Result<f64, ProveError> + 'a;
+pub type Distances<'a> = dyn Fn(usize, &Effect) -> Result<f64, Failure> + 'a;
 
 /// Scores a verdict.
 ///
@@ -206,7 +206,7 @@ pub fn score(
     answer: &SealedAnswer,
     set: Set,
     distances: &Distances<'_>,
-) -> Result<Score, ProveError> {
+) -> Result<Score, Failure> {
     let diagnosis = verdict.diagnosis.as_ref().ok();
     let findings = diagnosis.map_or(&[][..], |d| &d.findings);
     let groups = groups(findings);
@@ -268,7 +268,7 @@ fn match_truths(
     groups: &[Vec<&Finding>],
     truths: &[TrueEffect],
     distances: &Distances<'_>,
-) -> Result<(Vec<TruthScore>, bool), ProveError> {
+) -> Result<(Vec<TruthScore>, bool), Failure> {
     let mut free: Vec<&Vec<&Finding>> = groups.iter().collect();
     let scores = truths
         .iter()
@@ -280,15 +280,15 @@ fn match_truths(
             let group = own.map(|place| free.remove(place));
             truth_score(truth, group, &|member| distances(number, member))
         })
-        .collect::<Result<_, ProveError>>()?;
+        .collect::<Result<_, Failure>>()?;
     Ok((scores, !free.is_empty()))
 }
 
 fn truth_score(
     truth: &TrueEffect,
     group: Option<&Vec<&Finding>>,
-    distance: &dyn Fn(&Effect) -> Result<f64, ProveError>,
-) -> Result<TruthScore, ProveError> {
+    distance: &dyn Fn(&Effect) -> Result<f64, Failure>,
+) -> Result<TruthScore, Failure> {
     let members = group.map_or(&[][..], Vec::as_slice);
     let own = members.iter().find(|finding| truth.is(&finding.effect));
     let size = own.and_then(|finding| {

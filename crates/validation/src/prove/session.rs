@@ -2,8 +2,7 @@
 
 use std::io::Cursor;
 
-use sha2::{Digest, Sha256};
-
+use stiffbench::analysis::Failure;
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
@@ -13,12 +12,8 @@ use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, ReadingTable, SessionHeader, read_readings};
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::test_point::Branch;
 
 use super::error::ProveError;
-
-/// Forces of one plan differ by less than half of this, N.
-const FORCE_CLASS_N: f64 = 5.0;
 
 /// The texts of a session.
 #[derive(Debug, Clone)]
@@ -49,15 +44,14 @@ pub struct ValidationSession {
     /// Which parameters are free in its baseline.
     choice: ParameterChoice,
     poses: Vec<Pose>,
-    robot_file: String,
 }
 
 impl ValidationSession {
     /// Reads the texts of a session.
     ///
     /// # Errors
-    /// [`ProveError`] if a text is not what it must be.
-    pub fn read(texts: &SessionTexts) -> Result<Self, ProveError> {
+    /// If a text is not what it must be.
+    pub fn read(texts: &SessionTexts) -> Result<Self, Failure> {
         let robot = Robot::parse(&texts.robot)?;
         let header = SessionHeader::from_toml(&texts.header.name, &texts.header.text)?.header;
         let readings = Cursor::new(texts.readings.as_bytes());
@@ -67,19 +61,19 @@ impl ValidationSession {
             None => robot.default_factors().1,
         };
         let choice = ParameterChoice::default();
-        Self::of_table(&texts.robot, robot, (factors, choice), &table, &header)
+        Self::of_table(robot, (factors, choice), &table, &header)
     }
 
     /// The plan of a robot in its named poses by a procedure, without noise. Where the robot file frees springs, they are free in the
     /// baseline and the factors of beams are fixed.
     ///
     /// # Errors
-    /// [`ProveError`] for a robot, mechanism or procedure that cannot be.
+    /// For a robot, mechanism or procedure that cannot be.
     pub fn planned(
         source: &SourceText,
         mechanism: Option<&str>,
         procedure: &Procedure,
-    ) -> Result<Self, ProveError> {
+    ) -> Result<Self, Failure> {
         let robot = Robot::parse(source)?;
         let chosen = robot.mechanism(mechanism)?;
         let factors = robot.with_own_springs(&robot.default_factors().1);
@@ -96,16 +90,15 @@ impl ValidationSession {
             procedure: Some(procedure.to_record()),
             ..SessionHeader::default()
         };
-        Self::of_table(source, robot, (factors, choice), &table, &header)
+        Self::of_table(robot, (factors, choice), &table, &header)
     }
 
     fn of_table(
-        source: &SourceText,
         robot: Robot,
         (factors, choice): (FittingFactors, ParameterChoice),
         table: &ReadingTable,
         header: &SessionHeader,
-    ) -> Result<Self, ProveError> {
+    ) -> Result<Self, Failure> {
         let mechanism = robot.mechanism(header.mechanism.as_deref())?.name.clone();
         let observations = Observations::new(table, Some(header));
         let poses = observations
@@ -121,15 +114,14 @@ impl ValidationSession {
             observations,
             choice,
             poses,
-            robot_file: source.text.clone(),
         })
     }
 
     /// The beam model that the readings are compared with.
     ///
     /// # Errors
-    /// [`ProveError::Robot`].
-    pub fn baseline(&self) -> Result<RobotBaseline<'_>, ProveError> {
+    /// If it cannot be computed.
+    pub fn baseline(&self) -> Result<RobotBaseline<'_>, Failure> {
         let mechanism = self.robot.mechanism(Some(&self.mechanism))?;
         Ok(RobotBaseline::new(
             &self.robot,
@@ -145,116 +137,6 @@ impl ValidationSession {
     #[must_use]
     pub fn bench(&self) -> String {
         format!("{} {}", self.robot.name, self.mechanism)
-    }
-
-    /// Robot, mechanism, factors and plan, and the classes of the noise: sessions with the same key have the same limits.
-    ///
-    /// The plan is what was measured, reading by reading: pose, direction, repeat, branch, step, force within 2.5 N. Limits depend on the noise
-    /// by the shape of its covariance only, and weakly; sessions of one key have the scatter of loaded and unloaded readings in the same octaves.
-    #[must_use]
-    pub fn limit_key(&self) -> String {
-        use std::fmt::Write;
-        let mut hash = Sha256::new();
-        hash.update(self.robot_file.as_bytes());
-        hash.update(format!("{} {:?}", self.mechanism, self.factors));
-        let observations = &self.observations;
-        hash.update(format!(
-            "{:?} {:?} {:?}",
-            observations.steps, observations.release_n, observations.recorded
-        ));
-        for (place, (reading, load)) in observations
-            .readings
-            .iter()
-            .zip(&observations.loads)
-            .enumerate()
-        {
-            let cell = &observations.cells[observations.cell_of(place)];
-            let class = (load.force_n / FORCE_CLASS_N).round() as i64;
-            let unloading = reading.branch == Branch::Unloading;
-            let row = (
-                &observations.poses[cell.pose],
-                cell.axis(),
-                observations.runs[reading.run].repeat,
-                load.step,
-                reading.hold_number,
-                reading.zero,
-            );
-            hash.update(format!("{row:?} {class} {unloading}\n"));
-        }
-        hash.update(format!("{:?}", self.noise_octaves()));
-        let mut key = String::new();
-        for byte in hash.finalize() {
-            let _ = write!(key, "{byte:02x}");
-        }
-        key
-    }
-
-    /// Octaves of the scatter between runs, without load (of 1 µm) and at the largest load (of a thousandth of the displacement).
-    fn noise_octaves(&self) -> [i64; 2] {
-        let observations = &self.observations;
-        let (mut unloaded, mut loaded) = (Scatter::default(), Scatter::default());
-        for cell in &observations.cells {
-            let most = cell
-                .readings
-                .clone()
-                .map(|place| observations.loads[place].force_n.abs())
-                .fold(0.0, f64::max);
-            for step in steps(observations, cell.readings.clone()) {
-                let values: Vec<f64> = step
-                    .iter()
-                    .map(|&place| observations.displacement_m[place])
-                    .collect();
-                let force = observations.loads[step[0]].force_n.abs();
-                if force < 0.5 * FORCE_CLASS_N {
-                    unloaded.add(&values, 1e-6);
-                } else if force > most - 0.5 * FORCE_CLASS_N {
-                    let mean = values.iter().sum::<f64>() / values.len() as f64;
-                    loaded.add(&values, 1e-3 * mean.abs());
-                }
-            }
-        }
-        [unloaded.octave(), loaded.octave()]
-    }
-}
-
-/// Readings of a cell that share step and hold, in groups.
-fn steps(observations: &Observations, readings: std::ops::Range<usize>) -> Vec<Vec<usize>> {
-    let mut groups: std::collections::BTreeMap<(u32, u32), Vec<usize>> =
-        std::collections::BTreeMap::new();
-    for place in readings {
-        let key = (
-            observations.loads[place].step,
-            observations.readings[place].hold_number,
-        );
-        groups.entry(key).or_default().push(place);
-    }
-    groups.into_values().collect()
-}
-
-/// Pooled variance in a unit.
-#[derive(Debug, Default)]
-struct Scatter {
-    squares: f64,
-    dof: f64,
-}
-
-impl Scatter {
-    fn add(&mut self, values: &[f64], unit: f64) {
-        if values.len() < 2 || unit <= 0.0 {
-            return;
-        }
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let sum: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        self.squares += sum / (unit * unit);
-        self.dof += values.len() as f64 - 1.0;
-    }
-
-    /// Logarithm of the standard deviation to base 2, rounded.
-    fn octave(&self) -> i64 {
-        if self.dof == 0.0 || self.squares == 0.0 {
-            return i64::MIN;
-        }
-        (0.5 * (self.squares / self.dof).log2()).round() as i64
     }
 }
 
@@ -330,14 +212,5 @@ mod tests {
             fewer_readings(&none, None, None),
             Err(ProveError::Form { .. })
         ));
-    }
-
-    #[test]
-    fn octaves_of_scatter() {
-        let mut scatter = Scatter::default();
-        scatter.add(&[0.0, 8e-6], 1e-6);
-        // Standard deviation √32 of the unit: two and a half octaves.
-        assert_eq!(scatter.octave(), 3);
-        assert_eq!(Scatter::default().octave(), i64::MIN);
     }
 }

@@ -2,6 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stiffbench::analysis::Failure;
 
 use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_diagnosis::mismatch::{
@@ -11,7 +12,6 @@ use stiffbench_diagnosis::mismatch::{
 };
 use stiffbench_units_and_text::test_point::{DirectionName, PoseId};
 
-use super::error::ProveError;
 use super::ideal::IdealSearch;
 use super::score::{groups, is_apart};
 use super::session::ValidationSession;
@@ -76,7 +76,7 @@ impl<'a> TrialBench<'a> {
         options: &SearchOptions,
         earlier: usize,
         seed: u64,
-    ) -> Result<Self, ProveError> {
+    ) -> Result<Self, Failure> {
         let baseline = session.baseline()?;
         let noise = noise(kind, seed);
         let mut plan = session.observations.clone();
@@ -110,8 +110,8 @@ impl<'a> TrialBench<'a> {
     /// What is searched on this bench, for an observer with known noise.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub(super) fn ideal(&self) -> Result<IdealSearch, ProveError> {
+    /// If it cannot be computed.
+    pub(super) fn ideal(&self) -> Result<IdealSearch, Failure> {
         let laws = white_laws(
             &self.baseline,
             &self.readings,
@@ -133,12 +133,8 @@ impl<'a> TrialBench<'a> {
     /// How earlier sessions of the same bench scattered: of the same truth but for slips, which happen once.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub(super) fn earlier(
-        &self,
-        truth: &Truth,
-        seed: u64,
-    ) -> Result<Vec<EarlierNoise>, ProveError> {
+    /// If it cannot be computed.
+    pub(super) fn earlier(&self, truth: &Truth, seed: u64) -> Result<Vec<EarlierNoise>, Failure> {
         let mut lasting = truth.clone();
         lasting.effects.retain(|effect| !effect.law.is_of_one_run());
         let scatter = |number: usize| {
@@ -147,7 +143,7 @@ impl<'a> TrialBench<'a> {
             let diagnosis = self.search(&readings, KnownNoise::Nothing)?;
             Ok(EarlierNoise::of(&diagnosis))
         };
-        let told: Result<Vec<_>, ProveError> = (0..self.earlier).map(scatter).collect();
+        let told: Result<Vec<_>, Failure> = (0..self.earlier).map(scatter).collect();
         Ok(told?.into_iter().flatten().collect())
     }
 
@@ -157,13 +153,13 @@ impl<'a> TrialBench<'a> {
     /// - `earlier`: how earlier sessions scattered; as in a user's hands only those count that scatter as this one.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
+    /// If it cannot be computed.
     pub(super) fn diagnose(
         &self,
         truth: &Truth,
         earlier: &[EarlierNoise],
         seed: u64,
-    ) -> Result<Diagnosis, ProveError> {
+    ) -> Result<Diagnosis, Failure> {
         let readings = simulate(&self.baseline, &self.plan, truth, seed)?;
         let alone = self.search(&readings, KnownNoise::Nothing)?;
         if earlier.is_empty() {
@@ -179,7 +175,7 @@ impl<'a> TrialBench<'a> {
     }
 
     /// Diagnoses readings.
-    fn search(&self, readings: &Observations, noise: KnownNoise) -> Result<Diagnosis, ProveError> {
+    fn search(&self, readings: &Observations, noise: KnownNoise) -> Result<Diagnosis, Failure> {
         // Where a coarse gauge stands, its rounding depends on: limits are those of the readings, not of the plan.
         let known = (self.noise.displacement_step_m < COARSE_STEP_M).then_some(&self.critical);
         let options = SearchOptions {
@@ -193,12 +189,8 @@ impl<'a> TrialBench<'a> {
     /// Holds a diagnosis against the truth.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub(super) fn assess(
-        &self,
-        truth: &Truth,
-        diagnosis: &Diagnosis,
-    ) -> Result<Judged, ProveError> {
+    /// If it cannot be computed.
+    pub(super) fn assess(&self, truth: &Truth, diagnosis: &Diagnosis) -> Result<Judged, Failure> {
         let groups = groups(&diagnosis.findings);
         let mut named = 0;
         let mut alone = 0;
@@ -210,7 +202,7 @@ impl<'a> TrialBench<'a> {
             let own = as_last.effects.remove(place);
             as_last.effects.push(own);
             let names_it = |found: &Effect| {
-                Ok::<_, ProveError>(is(found) || self.is_enough_of_the_last(&as_last, found)?)
+                Ok::<_, Failure>(is(found) || self.is_enough_of_the_last(&as_last, found)?)
             };
             let mut of_effect = None;
             for group in &groups {
@@ -252,7 +244,7 @@ impl<'a> TrialBench<'a> {
 
     /// Whether a finding is a simpler law in place of the last effect of a truth, which contains it, and cannot be distinguished from it: of nested
     /// laws the simplest that is not excluded is named.
-    fn is_enough_of_the_last(&self, truth: &Truth, found: &Effect) -> Result<bool, ProveError> {
+    fn is_enough_of_the_last(&self, truth: &Truth, found: &Effect) -> Result<bool, Failure> {
         let last = truth.effects.last();
         let is_nested =
             last.is_some_and(|own| own.law.contains(found.law) && own.place == found.place);
@@ -260,7 +252,7 @@ impl<'a> TrialBench<'a> {
     }
 
     /// Whether a member of a set can be distinguished from the last effect of a truth.
-    fn is_padding(&self, truth: &Truth, member: &Effect) -> Result<bool, ProveError> {
+    fn is_padding(&self, truth: &Truth, member: &Effect) -> Result<bool, Failure> {
         let last = truth.effects.last();
         if last.is_some_and(|own| member.law.contains(own.law) && member.place == own.place) {
             return Ok(false);

@@ -5,15 +5,13 @@
 mod faults;
 mod prove;
 mod reference;
-mod reference_summary;
 mod schemas;
 mod table_iv;
 
 pub use faults::{FaultEffect, FaultReport, FaultTrialReport, GaugeTallyReport, SustainReport};
 pub use prove::*;
-pub use reference::{ReferencePose, ReferenceReport, ReferenceRow, reference_report};
-pub use reference_summary::{
+pub use reference::{
     PaperReferenceSummary, ReferenceExport, ReferenceFactors, ReferencePoseSummary,
-    ReferenceRowSummary, ReferenceRun, ReferenceSummary,
+    ReferenceRowSummary, ReferenceRun, ReferenceSummary, reference_summary,
 };
 pub use schemas::schemas;

@@ -19,7 +19,7 @@ use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
-use stiffbench::report::{Table, numbers, significant, words};
+use stiffbench::report::{Table, significant};
 use stiffbench::session::write_whole;
 
 use super::{LIST_FILE, MODEL_FILE, RECORD_FILE, read};
@@ -44,22 +44,11 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         .iter()
         .flat_map(|pose| pose.cases.iter().map(move |case| (pose, case)));
     let bar = progress(global, "CalculiX", cases.clone().count() as u64);
-    let mut table = Table::new([
-        words("case"),
-        numbers("displacement, um"),
-        numbers("time, s"),
-    ]);
     for (pose, case) in cases {
         let cell = match earlier.iter().find(|cell| cell.is_of(pose, case)) {
             Some(cell) => cell.clone(),
             None => run_case(args, pose, case)?,
         };
-        let along = cell.along_um().unwrap_or(f64::NAN);
-        table.row([
-            format!("{} {} {} N", cell.pose, cell.direction, cell.force_n),
-            significant(along, 6),
-            format!("{:.2}", cell.seconds),
-        ]);
         record.cells.push(cell);
         // After every case, so that a later failure loses nothing.
         let text = format!("{:#}\n", json!(record));
@@ -70,6 +59,14 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let table = Table::of(&record.cells)
+        .words("case", |cell| {
+            format!("{} {} {} N", cell.pose, cell.direction, cell.force_n)
+        })
+        .numbers("displacement, um", |cell| {
+            significant(cell.along_um().unwrap_or(f64::NAN), 6)
+        })
+        .numbers("time, s", |cell| format!("{:.2}", cell.seconds));
     let folder = args.folder.display();
     let kept = match earlier.len() {
         0 => String::new(),

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::ExportArgs;
-use crate::reference::{PoseModel, ReferenceLoad, ReferenceModel, SolidMember, SolidModel};
+use crate::reference::{PoseModel, ReferenceLoad, ReferenceModel, SolidModel};
 use crate::report::ReferenceExport;
 use stiffbench::analysis::{
     ArgumentError, Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256,
@@ -15,7 +15,7 @@ use stiffbench::analysis::{
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::report::{Table, numbers, significant, words};
+use stiffbench::report::{Table, significant};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
 use stiffbench::test_point::{Direction, PoseId};
 
@@ -196,30 +196,22 @@ fn write_pose(
 }
 
 fn export_text(model: &ReferenceModel, folder: &Path) -> String {
-    let mut table = Table::new([
-        words("member"),
-        numbers("length, mm"),
-        numbers("along y, mm"),
-        numbers("along z, mm"),
-        numbers("wall, mm"),
-        numbers("moduli times"),
-        numbers("J acting / J of the file"),
-        numbers("elements"),
-    ]);
     let mm = |metres: f64| significant(1e3 * metres, 4);
-    for member in &model.members {
-        let SolidMember { name, prism, .. } = member;
-        table.row([
-            name.clone(),
-            mm(member.length_m),
-            mm(prism.side_y_m),
-            mm(prism.side_z_m),
-            prism.wall_m.map_or_else(|| "solid".to_owned(), mm),
-            significant(prism.modulus_scale, 3),
-            significant(member.acting_j_m4 / member.wanted_j_m4, 3),
-            member.elements.to_string(),
-        ]);
-    }
+    let table = Table::of(&model.members)
+        .words("member", |one| &one.name)
+        .numbers("length, mm", |one| mm(one.length_m))
+        .numbers("along y, mm", |one| mm(one.prism.side_y_m))
+        .numbers("along z, mm", |one| mm(one.prism.side_z_m))
+        .numbers("wall, mm", |one| {
+            one.prism.wall_m.map_or_else(|| "solid".to_owned(), mm)
+        })
+        .numbers("moduli times", |one| {
+            significant(one.prism.modulus_scale, 3)
+        })
+        .numbers("J acting / J of the file", |one| {
+            significant(one.acting_j_m4 / one.wanted_j_m4, 3)
+        })
+        .numbers("elements", |one| one.elements);
     let mut text = format!(
         "{}\nA, Iy and Iz of every member are those of the robot file: by its shape where a rectangle or a tube has them, else by a rectangle\n\
          whose moduli are multiplied by what the area is too large or too small. The file gives no shape, so J and shear are those of the prism.\n\n",

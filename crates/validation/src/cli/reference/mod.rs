@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::reference::ReferenceRecord;
-use crate::report::{ReferenceSummary, reference_report};
+use crate::report::{ReferencePoseSummary, reference_summary};
 use stiffbench::analysis::{AnalysisError, ReadError, robot_source, sha256};
-use stiffbench::fit::CellModel;
-use stiffbench::robot::{FittingFactors, Robot};
+use stiffbench::fit::{CellModel, FitError};
+use stiffbench::robot::{Mechanism, Robot};
 use stiffbench::test_point::{Cell, Direction, PoseId};
 
 use args::{ReferenceCommand, ReferenceCompareArgs};
@@ -41,13 +41,13 @@ pub(crate) fn run(args: &ReferenceArgs, global: &Global) -> Result<Outcome, Fail
     }
 }
 
-fn read(path: &Path) -> Result<String, AnalysisError> {
+fn read(path: &Path) -> Result<String, Failure> {
     fs::read_to_string(path).map_err(|source| {
         if source.kind() == std::io::ErrorKind::NotFound {
-            return AnalysisError::NotFound {
+            return Failure::from(AnalysisError::NotFound {
                 path: path.to_owned(),
                 help: "stiffbench-validate reference export writes a model, stiffbench-validate reference run its results".to_owned(),
-            };
+            });
         }
         ReadError::of(path)(source).into()
     })
@@ -70,25 +70,32 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
     let source = robot_source(args.robot.as_deref().unwrap_or(&record.model.robot), None)?;
     let robot = Robot::parse(&source)?;
     let mechanism = robot.mechanism(Some(&record.model.mechanism))?;
-    let mut report = reference_report(&robot, mechanism, &record)?;
-    if let Some(pose) = report.poses.first() {
-        let factors = FittingFactors::of_classes(pose.factors, pose.factors);
-        let cells = [Cell::new(PoseId::new(&pose.model.pose), Direction::X)];
-        let started = Instant::now();
-        for _ in 0..TIMED_SOLVES {
-            // As a new run of the paper's program would: structure, assembly, solution.
-            CellModel::new(&robot, mechanism, &[], &cells)?.stiffness(&factors)?;
-        }
-        report.seconds_per_solve = started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES);
-    }
+    let summary = reference_summary(&robot, mechanism, &record, |pose| {
+        seconds_per_solve(&robot, mechanism, pose)
+    })?;
     let mut warnings = robot.warnings.clone();
-    warnings.extend(report.notes());
+    warnings.extend(summary.notes());
     if sha256(&source.text) != record.model.robot_sha256 {
         warnings.push(format!(
             "{} is not the file the reference was made of: its SHA-256 differs",
             source.name
         ));
     }
-    let data = ReferenceSummary::new(&report);
-    Ok(Outcome::new("reference-compare", report.text(), data).with_warnings(warnings))
+    Ok(Outcome::new("reference-compare", summary.text(), summary).with_warnings(warnings))
+}
+
+/// Time of one solution of the beams fitted to a pose, s.
+fn seconds_per_solve(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    pose: &ReferencePoseSummary,
+) -> Result<f64, FitError> {
+    let factors = pose.factors.of_both_classes();
+    let cells = [Cell::new(PoseId::new(&pose.pose), Direction::X)];
+    let started = Instant::now();
+    for _ in 0..TIMED_SOLVES {
+        // As a new run of the paper's program would: structure, assembly, solution.
+        CellModel::new(robot, mechanism, &[], &cells)?.stiffness(&factors)?;
+    }
+    Ok(started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES))
 }

@@ -1,6 +1,7 @@
 //! A part without a robot file on which a law acts that is stated: it has no option by which a user could state one.
 
 use std::fmt::Write;
+use stiffbench::analysis::Failure;
 
 use stiffbench_beams::physics::{Effect, Law, PlaceScale};
 use stiffbench_diagnosis::mismatch::{
@@ -41,7 +42,7 @@ impl PartBench {
     ///
     /// # Errors
     /// [`ProveError`].
-    pub fn new(response: ResponseVariable) -> Result<Self, ProveError> {
+    pub fn new(response: ResponseVariable) -> Result<Self, Failure> {
         let (force, displacement) = match response {
             ResponseVariable::Displacement => ("set", "answer"),
             ResponseVariable::Force => ("answer", "set"),
@@ -120,8 +121,8 @@ impl PartBench {
     /// An effect of a size, standard errors; `None` if no multiple of it that may be has that size.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub fn scaled(&self, effect: &Effect, size: f64) -> Result<Option<Effect>, ProveError> {
+    /// If it cannot be computed.
+    pub fn scaled(&self, effect: &Effect, size: f64) -> Result<Option<Effect>, Failure> {
         let truth = scale_to(&self.line, &self.plan, &self.truth(Some(effect)), size)?;
         let effect = truth.and_then(|truth| truth.effects.into_iter().next());
         Ok(effect.filter(|effect| may_be(effect, &self.scale)))
@@ -142,8 +143,8 @@ impl PartBench {
     /// What a diagnosis answers that is told of an effect and searches for nothing else.
     ///
     /// # Errors
-    /// [`ProveError::Mismatch`].
-    pub fn answer(&self, effect: &Effect, seed: u64) -> Result<DoorAnswer, ProveError> {
+    /// If it cannot be computed.
+    pub fn answer(&self, effect: &Effect, seed: u64) -> Result<DoorAnswer, Failure> {
         let readings = simulate(&self.line, &self.plan, &self.truth(Some(effect)), seed)?;
         let search = SearchOptions {
             known_effects: vec![effect.clone()],

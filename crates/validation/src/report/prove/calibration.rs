@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{CalibrationRow, FalseAlarm, Share, Variant};
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 use stiffbench::search::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::share_words;
@@ -32,40 +32,34 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         100.0 * LAW_LEVEL,
         100.0 * UNEXPLAINED_LEVEL
     );
-    let mut table = Table::new([
-        words("variant"),
-        words("bench"),
-        numbers("alarms"),
-        numbers("%"),
-        numbers("upper 95 %"),
-        numbers("factors in intervals"),
-        numbers("%"),
-        numbers("95 % interval"),
-    ]);
-    let mut add = |variant: &str, bench: &str, [alarms, factors]: [Share; 2]| {
-        let [hits, percent, _] = share_words(&alarms);
-        let [covered, share, interval] = share_words(&factors);
-        let upper = alarms.upper_95();
-        let upper = upper.map_or_else(|| "-".to_owned(), |upper| format!("{:.1}", 100.0 * upper));
-        let (variant, bench) = (variant.to_owned(), bench.to_owned());
-        table.row([
-            variant, bench, hits, percent, upper, covered, share, interval,
-        ]);
-    };
+    let mut counted: Vec<(String, &str, [Share; 2])> = Vec::new();
     for row in rows {
-        add(
-            &row.variant.to_string(),
-            &row.bench,
-            [row.alarms, row.factors],
-        );
+        let shares = [row.alarms, row.factors];
+        counted.push((row.variant.to_string(), &row.bench, shares));
     }
     for variant in Variant::ALL {
         let of_variant = || rows.iter().filter(|row| row.variant == variant);
         if of_variant().count() > 1 {
-            add(&variant.to_string(), "all", sums(of_variant()));
+            counted.push((variant.to_string(), "all", sums(of_variant())));
         }
     }
-    add("all", "all", sums(rows.iter()));
+    counted.push(("all".to_owned(), "all", sums(rows.iter())));
+    let upper = |alarms: &Share| {
+        let upper = alarms.upper_95();
+        upper.map_or_else(|| "-".to_owned(), |upper| format!("{:.1}", 100.0 * upper))
+    };
+    let table = Table::of(counted)
+        .words("variant", |(variant, ..)| variant.clone())
+        .words("bench", |(_, bench, _)| *bench)
+        .numbers_each(["alarms", "%"], |(.., [alarms, _])| {
+            let [hits, percent, _] = share_words(alarms);
+            [hits, percent]
+        })
+        .numbers("upper 95 %", |(.., [alarms, _])| upper(alarms))
+        .numbers_each(
+            ["factors in intervals", "%", "95 % interval"],
+            |(.., [_, factors])| share_words(factors),
+        );
     text.push_str(&table.text());
     let [share, upper] = MOST.map(|most| 100.0 * most);
     let kept = all.value().is_some_and(|value| value <= MOST[0])

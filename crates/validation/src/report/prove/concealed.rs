@@ -1,6 +1,5 @@
 //! Scored verdicts on concealed sessions.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use indexmap::IndexMap;
@@ -10,7 +9,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, Score, Set, Share, VerdictOutcome, criteria};
 
 use super::{criteria_table, share_words};
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 /// What the modes of concealment are.
 const MODES: [(&str, &str); 10] = [
@@ -25,59 +24,6 @@ const MODES: [(&str, &str); 10] = [
     ("i", "nothing, run zeros and slopes large"),
     ("law", "each law, serial and closed loops"),
 ];
-
-/// Promises, a table of modes for each list, and every failure with both texts.
-#[must_use]
-pub fn concealed_text(scores: &[Score]) -> String {
-    let mut text = String::new();
-    for set in [Set::Development, Set::Proof, Set::Second] {
-        let of_set: Vec<Score> = scores.iter().filter(|s| s.set == set).cloned().collect();
-        if of_set.is_empty() {
-            continue;
-        }
-        let _ = writeln!(
-            text,
-            "Concealed sessions, {} list: {} sessions, verdicts written before the answers were opened\n",
-            set.name(),
-            of_set.len()
-        );
-        text.push_str(&modes_table(&of_set));
-        text.push('\n');
-        text.push_str(&criteria_table(&criteria(&of_set)));
-        text.push('\n');
-        text.push_str(&failures(&of_set));
-        text.push('\n');
-    }
-    text
-}
-
-fn modes_table(scores: &[Score]) -> String {
-    let outcomes: BTreeSet<VerdictOutcome> = scores.iter().map(|score| score.outcome).collect();
-    let counted = outcomes.iter().map(|outcome| numbers(outcome.to_string()));
-    let columns = [words("mode"), numbers("sessions")]
-        .into_iter()
-        .chain(counted);
-    let mut rows = Table::new(columns.chain(["right, %", "95 % interval"].map(numbers)));
-    let mut add = |name: String, of_mode: &[&Score]| {
-        let mut cells = vec![name, of_mode.len().to_string()];
-        for outcome in &outcomes {
-            let count = of_mode.iter().filter(|s| s.outcome == *outcome).count();
-            cells.push(count.to_string());
-        }
-        let right = Share::of(of_mode.iter(), |score| score.outcome.is_right());
-        let [_, share, interval] = share_words(&right);
-        cells.extend([share, interval]);
-        rows.row(cells);
-    };
-    for (mode, what) in MODES {
-        let of_mode: Vec<&Score> = scores.iter().filter(|s| s.mode == mode).collect();
-        if !of_mode.is_empty() {
-            add(format!("{mode}: {what}"), &of_mode);
-        }
-    }
-    add("all".to_owned(), &scores.iter().collect::<Vec<_>>());
-    rows.text()
-}
 
 fn failures(scores: &[Score]) -> String {
     let mut text = String::new();
@@ -157,6 +103,31 @@ impl ConcealedReport {
             second: of(Set::Second),
         }
     }
+
+    /// Promises, a table of modes for each list, and every failure with both texts.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for (set, list) in [
+            (Set::Development, &self.development),
+            (Set::Proof, &self.proof),
+            (Set::Second, &self.second),
+        ] {
+            if list.sessions == 0 {
+                continue;
+            }
+            let _ = writeln!(
+                text,
+                "Concealed sessions, {} list: {} sessions, verdicts written before the answers were opened\n\n{}\n{}\n{}",
+                set.name(),
+                list.sessions,
+                list.modes_table(),
+                criteria_table(&list.criteria),
+                failures(&list.scores)
+            );
+        }
+        text
+    }
 }
 
 impl ConcealedList {
@@ -175,6 +146,35 @@ impl ConcealedList {
             criteria: criteria(&scores),
             scores,
         }
+    }
+
+    fn modes_table(&self) -> String {
+        let all: Vec<&Score> = self.scores.iter().collect();
+        let all = ConcealedMode::of(&all);
+        let modes = MODES.iter().filter_map(|(mode, what)| {
+            let counted = self.modes.get(mode)?;
+            Some((format!("{mode}: {what}"), counted))
+        });
+        let counts = |mode: &ConcealedMode| {
+            let counts = all
+                .outcomes
+                .keys()
+                .map(|outcome| mode.outcomes.get(outcome));
+            counts
+                .map(|count| count.copied().unwrap_or_default())
+                .collect::<Vec<_>>()
+        };
+        Table::of(modes.chain([("all".to_owned(), &all)]))
+            .words("mode", |(name, _)| name.clone())
+            .numbers("sessions", |(_, mode)| mode.right.trials)
+            .numbers_each(all.outcomes.keys().map(ToString::to_string), |(_, mode)| {
+                counts(mode)
+            })
+            .numbers_each(["right, %", "95 % interval"], |(_, mode)| {
+                let [_, share, interval] = share_words(&mode.right);
+                [share, interval]
+            })
+            .text()
     }
 }
 

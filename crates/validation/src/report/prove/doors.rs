@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{CoverageRow, JudgedCase};
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 use super::share_words;
 
@@ -33,42 +33,32 @@ pub fn doors_text(report: &DoorsReport) -> String {
         right.count(),
         report.cases.len()
     );
-    let mut table = Table::new(["judge", "bench", "effect", "session", "table", "differs"]);
-    for case in &report.cases {
-        let named = case.effect.split(':').next().unwrap_or_default();
-        table.row([
-            case.judge.name().to_owned(),
-            case.bench.clone(),
-            if named.is_empty() { "nothing" } else { named }.to_owned(),
-            shortened(&case.session),
-            shortened(&case.table),
-            shortened(&case.differs.join("; ")),
-        ]);
-    }
+    let named = |case: &&JudgedCase| match case.effect.split(':').next() {
+        None | Some("") => "nothing".to_owned(),
+        Some(named) => named.to_owned(),
+    };
+    let table = Table::of(&report.cases)
+        .words("judge", |case| case.judge.name())
+        .words("bench", |case| &case.bench)
+        .words("effect", named)
+        .words("session", |case| shortened(&case.session))
+        .words("table", |case| shortened(&case.table))
+        .words("differs", |case| shortened(&case.differs.join("; ")));
     text.push_str(&table.text());
     if !report.coverage.is_empty() {
         text.push_str("\nIntervals that hold the truth; 93 to 97 % are right. The interval of all factors is from session to session.\n\n");
-        let mut table = Table::new([
-            words("door"),
-            words("command"),
-            words("factor"),
-            numbers("hits"),
-            numbers("%"),
-            numbers("95 % interval"),
-        ]);
-        for row in &report.coverage {
-            let [hits, share, _] = share_words(&row.share);
-            let percent =
-                |[low, high]: [f64; 2]| format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high);
-            table.row([
-                row.door.to_owned(),
-                row.command.to_owned(),
-                row.parameter.clone().unwrap_or_else(|| "all".to_owned()),
-                hits,
-                share,
-                row.ci95.map_or_else(|| "-".to_owned(), percent),
-            ]);
-        }
+        let percent = |[low, high]: [f64; 2]| format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high);
+        let table = Table::of(&report.coverage)
+            .words("door", |row| row.door)
+            .words("command", |row| row.command)
+            .words("factor", |row| row.parameter.as_deref().unwrap_or("all"))
+            .numbers_each(["hits", "%"], |row| {
+                let [hits, share, _] = share_words(&row.share);
+                [hits, share]
+            })
+            .numbers("95 % interval", |row| {
+                row.ci95.map_or_else(|| "-".to_owned(), percent)
+            });
         text.push_str(&table.text());
     }
     match report.disagreements.as_slice() {

@@ -10,22 +10,20 @@ mod recordings;
 mod verdicts;
 
 pub use calibration::{CalibrationReport, calibration_text};
-pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
+pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport};
 pub use doors::{DoorsReport, doors_text};
 pub use forced::forced_text;
-pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
+pub use idealised::idealised_text;
 pub use power::{PowerReport, power_figure, power_text};
-pub use recordings::{
-    RecordingTotals, RecordingVerdict, RecordingsReport, TimedScore, recordings_text,
-};
-pub use verdicts::BlindVerdicts;
+pub use recordings::{RecordingTotals, RecordingVerdict, RecordingsReport, recordings_text};
+pub use verdicts::blind_verdicts;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{AcceptanceCriterion, ForcedPoint, Share, Target};
+use crate::prove::{AcceptanceCriterion, ForcedPoint, IdealisedErrors, Share, Target};
 
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 /// The parts of a validation that were run, for programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -93,32 +91,18 @@ fn target_words(target: Option<Target>) -> String {
 
 /// Promises beside what became of them.
 fn criteria_table(criteria: &[AcceptanceCriterion]) -> String {
-    let mut rows = Table::new([
-        words("promise"),
-        numbers("target, %"),
-        numbers("hits"),
-        numbers("%"),
-        numbers("95 % interval"),
-        words("kept"),
-    ]);
-    for criterion in criteria {
-        let [hits, share, interval] = share_words(&criterion.share);
-        let kept = criterion
-            .target
-            .and_then(|target| target.is_met(&criterion.share));
-        rows.row([
-            criterion.what.to_owned(),
-            target_words(criterion.target),
-            hits,
-            share,
-            interval,
-            match kept {
-                None => "-",
-                Some(true) => "yes",
-                Some(false) => "NO",
-            }
-            .to_owned(),
-        ]);
-    }
-    rows.text()
+    let kept = |one: &&AcceptanceCriterion| match one.target.map(|target| target.is_met(&one.share))
+    {
+        None | Some(None) => "-",
+        Some(Some(true)) => "yes",
+        Some(Some(false)) => "NO",
+    };
+    Table::of(criteria)
+        .words("promise", |one| one.what)
+        .numbers("target, %", |one| target_words(one.target))
+        .numbers_each(["hits", "%", "95 % interval"], |one| {
+            share_words(&one.share)
+        })
+        .words("kept", kept)
+        .text()
 }

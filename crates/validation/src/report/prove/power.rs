@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
 use stiffbench::physics::Law;
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
-use stiffbench::report::{Table, numbers, words};
+use stiffbench::report::Table;
 
 use super::{criteria_table, share_words};
 
@@ -20,43 +20,30 @@ type Counted = fn(&PowerPoint) -> Share;
 /// The table of all points, and what was promised.
 #[must_use]
 pub fn power_text(cases: &[PowerCase]) -> String {
-    let mut table = Table::new([
-        words("effect"),
-        words("bench"),
-        words("loop"),
-        numbers("size"),
-        numbers("found, %"),
-        numbers("truth in the set, %"),
-        numbers("right name, %"),
-        numbers("95 % interval"),
-        numbers("named alone, %"),
-        numbers("wrong name, %"),
-        numbers("size in interval"),
-    ]);
     let percent = |share: &Share| share_words(share)[1].clone();
-    for case in cases {
-        for point in &case.points {
+    let points = cases
+        .iter()
+        .flat_map(|case| case.points.iter().map(move |point| (case, point)));
+    let table = Table::of(points)
+        .words("effect", |(case, _)| title(case))
+        .words("bench", |(case, _)| &case.bench)
+        .words("loop", |(case, _)| match case.in_closed_loop {
+            None => "",
+            Some(true) => "closed",
+            Some(false) => "open",
+        })
+        .numbers("size", |(_, point)| format!("{:.1}", point.size))
+        .numbers("found, %", |(_, point)| percent(&point.found))
+        .numbers("truth in the set, %", |(_, point)| percent(&point.named))
+        .numbers_each(["right name, %", "95 % interval"], |(_, point)| {
             let [_, right, interval] = share_words(&point.right);
-            table.row([
-                title(case),
-                case.bench.clone(),
-                match case.in_closed_loop {
-                    None => "",
-                    Some(true) => "closed",
-                    Some(false) => "open",
-                }
-                .to_owned(),
-                format!("{:.1}", point.size),
-                percent(&point.found),
-                percent(&point.named),
-                right,
-                interval,
-                percent(&point.alone),
-                percent(&point.wrong),
-                format!("{}/{}", point.sizes.hits, point.sizes.trials),
-            ]);
-        }
-    }
+            [right, interval]
+        })
+        .numbers("named alone, %", |(_, point)| percent(&point.alone))
+        .numbers("wrong name, %", |(_, point)| percent(&point.wrong))
+        .numbers("size in interval", |(_, point)| {
+            format!("{}/{}", point.sizes.hits, point.sizes.trials)
+        });
     format!(
         "Power and right names against size in standard errors; right: named alone, or with indistinguishable effects, and nothing else\n\n{}\n{}\n{IDEAL}\n\n{}\n{}\n",
         table.text(),
@@ -80,40 +67,37 @@ fn title(case: &PowerCase) -> String {
 
 /// Each law by itself, all its benches together.
 fn law_table(cases: &[PowerCase]) -> Table {
-    let mut table = Table::new([
-        words("law"),
-        numbers("benches"),
-        numbers("4.5: right"),
-        numbers("%"),
-        numbers("95 % interval"),
-        numbers("6 and more: right"),
-        numbers("%"),
-        numbers("95 % interval"),
-        numbers("6 and more: truth in the set"),
-        numbers("%"),
-        numbers("95 % interval"),
-    ]);
-    for name in Law::names()
-        .into_iter()
-        .filter(|name| Law::named(name).all(|law| !law.is_of_one_run()))
-    {
-        let benches = cases.iter().filter(|case| is_of_law(case, name)).count();
-        if benches == 0 {
-            continue;
-        }
-        let of_sizes = |(range, of): ([f64; 2], Counted)| {
-            share_words(&sum(of_law(cases, name, range).into_iter(), of))
-        };
-        let counts: [([f64; 2], Counted); 3] = [
-            (AT_80, |point| point.right),
-            (FROM_95, |point| point.right),
-            (FROM_95, |point| point.named),
-        ];
-        let mut row = vec![name.to_owned(), benches.to_string()];
-        row.extend(counts.into_iter().flat_map(of_sizes));
-        table.row(row);
-    }
-    table
+    let benches = |name: &&'static str| cases.iter().filter(|case| is_of_law(case, name)).count();
+    let counted = |name: &str, range: [f64; 2], of: Counted| {
+        share_words(&sum(of_law(cases, name, range).into_iter(), of))
+    };
+    let named = |range: &str, what: &str| {
+        [
+            format!("{range}: {what}"),
+            "%".to_owned(),
+            "95 % interval".to_owned(),
+        ]
+    };
+    Table::of(names().into_iter().filter(|name| benches(name) > 0))
+        .words("law", |name| *name)
+        .numbers("benches", benches)
+        .numbers_each(named("4.5", "right"), |name| {
+            counted(name, AT_80, |point| point.right)
+        })
+        .numbers_each(named("6 and more", "right"), |name| {
+            counted(name, FROM_95, |point| point.right)
+        })
+        .numbers_each(named("6 and more", "truth in the set"), |name| {
+            counted(name, FROM_95, |point| point.named)
+        })
+        .into()
+}
+
+/// Names of the laws that act in every run.
+fn names() -> Vec<&'static str> {
+    let mut names = Law::names();
+    names.retain(|name| Law::named(name).all(|law| !law.is_of_one_run()));
+    names
 }
 
 fn is_of_law(case: &PowerCase, name: &str) -> bool {
@@ -130,55 +114,47 @@ fn of_law<'a>(cases: &'a [PowerCase], name: &str, [least, most]: [f64; 2]) -> Ve
 
 /// Each law by itself, counted and at best.
 fn ideal_table(cases: &[PowerCase]) -> Table {
-    let mut table = Table::new([
-        words("law"),
-        numbers("size"),
-        numbers("counted: right, %"),
-        numbers("95 % interval"),
-        numbers("ideal: found, %"),
-        numbers("ideal: right, %"),
-        numbers("ideal: nameable, %"),
-    ]);
-    let mut row = |name: &str, size: &str, points: Vec<&PowerPoint>| {
-        // What has no size, the observer has not tried: it is left out of the counts too.
-        let tried = || {
-            let points = points.iter();
-            points.filter_map(|point| Some((*point, point.ideal.as_ref()?)))
-        };
-        if tried().next().is_none() {
-            return;
-        }
-        let ideal = |of: fn(&IdealPoint) -> Share| {
-            let all = tried().fold(Share::default(), |sum, (_, ideal)| sum.with(of(ideal)));
-            share_words(&all)[1].clone()
-        };
-        let [_, right, interval] = share_words(&sum(tried().map(|(point, _)| point), |p| p.right));
-        table.row([
-            name.to_owned(),
-            size.to_owned(),
-            right,
-            interval,
-            ideal(|ideal| ideal.found),
-            ideal(|ideal| ideal.right),
-            ideal(|ideal| ideal.nameable),
-        ]);
-    };
     let sizes = [("4.5", AT_80), ("6 and more", FROM_95)];
-    for name in Law::names()
-        .into_iter()
-        .filter(|name| Law::named(name).all(|law| !law.is_of_one_run()))
-    {
+    let mut rows: Vec<(&str, String, Vec<&PowerPoint>)> = Vec::new();
+    for name in names() {
         for (size, range) in sizes {
-            row(name, size, of_law(cases, name, range));
+            rows.push((name, size.to_owned(), of_law(cases, name, range)));
         }
     }
     for (size, range) in sizes {
-        row("all of these", size, points(cases, false, range).collect());
+        let all = points(cases, false, range).collect();
+        rows.push(("all of these", size.to_owned(), all));
     }
     for point in points(cases, true, [0.0, f64::INFINITY]) {
-        row("slip", &format!("{:.1}", point.size), vec![point]);
+        rows.push(("slip", format!("{:.1}", point.size), vec![point]));
     }
-    table
+    for (.., points) in &mut rows {
+        points.retain(|point| point.ideal.is_some());
+    }
+    rows.retain(|(.., points)| !points.is_empty());
+    let ideal = |points: &[&PowerPoint], of: fn(&IdealPoint) -> Share| {
+        let tried = points.iter().filter_map(|point| point.ideal.as_ref());
+        let all = tried.fold(Share::default(), |sum, ideal| sum.with(of(ideal)));
+        share_words(&all)[1].clone()
+    };
+    Table::of(rows)
+        .words("law", |(name, ..)| *name)
+        .numbers("size", |(_, size, _)| size.clone())
+        .numbers_each(["counted: right, %", "95 % interval"], |(.., points)| {
+            let right = sum(points.iter().copied(), |point| point.right);
+            let [_, right, interval] = share_words(&right);
+            [right, interval]
+        })
+        .numbers("ideal: found, %", |(.., points)| {
+            ideal(points, |ideal| ideal.found)
+        })
+        .numbers("ideal: right, %", |(.., points)| {
+            ideal(points, |ideal| ideal.right)
+        })
+        .numbers("ideal: nameable, %", |(.., points)| {
+            ideal(points, |ideal| ideal.nameable)
+        })
+        .into()
 }
 
 /// Points of single effects, of slip or of all others, in a range of sizes.

@@ -6,16 +6,13 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{ComparedFigure, RecordingOutcome, RecordingScore};
-use stiffbench::report::{Table, numbers, significant, words};
-use stiffbench_diagnosis::mismatch::{MisfitShares, VerdictGrade};
-
-/// A recording's score and the seconds that it took.
-pub type TimedScore = (RecordingScore, f64);
+use crate::prove::{RecordingOutcome, RecordingScore};
+use stiffbench::report::{Table, significant};
+use stiffbench_diagnosis::mismatch::VerdictGrade;
 
 /// Verdicts beside known answers, and known figures beside ours.
 #[must_use]
-pub fn recordings_text(scores: &[TimedScore]) -> String {
+pub fn recordings_text(scores: &[RecordingVerdict]) -> String {
     let counted = RecordingTotals::new(scores);
     let mut text = format!(
         "Recordings by others: of {}\n  headline right {}, led by the dominant physics {}\n  false name as dominant {}, any foreign name {}, nothing said {}\n\n",
@@ -26,64 +23,41 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
         counted.with_foreign_names,
         counted.mute,
     );
-    let mut table = Table::new([
-        words("recording"),
-        numbers("readings"),
-        words("right"),
-        words("said"),
-        words("grade"),
-        words("leading"),
-        numbers("share"),
-        numbers("unseen"),
-        words("foreign names"),
-        numbers("s"),
-        words(""),
-    ]);
     let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
-    for (score, seconds) in scores {
-        table.row([
-            score.name.clone(),
-            score.readings.to_string(),
-            score.expected.join(" or "),
-            score.verdict.clone(),
-            grade_word(score.grade),
-            score.leading.join(" or "),
-            share(score.shares.share_of_misfit),
-            share(score.shares.share_unseen),
-            score.foreign.join(", "),
-            format!("{seconds:.1}"),
-            match score.outcome {
-                RecordingOutcome::Right => "yes",
-                RecordingOutcome::RightBehind => "behind",
-                RecordingOutcome::FalseDominant => "FALSE",
-                RecordingOutcome::Mute => "mute",
-                RecordingOutcome::NotRight => "NO",
-            }
-            .to_owned(),
-        ]);
-    }
+    let outcome = |one: &&RecordingVerdict| match one.score.outcome {
+        RecordingOutcome::Right => "yes",
+        RecordingOutcome::RightBehind => "behind",
+        RecordingOutcome::FalseDominant => "FALSE",
+        RecordingOutcome::Mute => "mute",
+        RecordingOutcome::NotRight => "NO",
+    };
+    let table = Table::of(scores)
+        .words("recording", |one| &one.score.name)
+        .numbers("readings", |one| one.score.readings)
+        .words("right", |one| one.score.expected.join(" or "))
+        .words("said", |one| &one.score.verdict)
+        .words("grade", |one| grade_word(one.score.grade))
+        .words("leading", |one| one.score.leading.join(" or "))
+        .numbers("share", |one| share(one.score.shares.share_of_misfit))
+        .numbers("unseen", |one| share(one.score.shares.share_unseen))
+        .words("foreign names", |one| one.score.foreign.join(", "))
+        .numbers("s", |one| format!("{:.1}", one.seconds))
+        .words("", outcome);
     text.push_str(&table.text());
     text.push('\n');
-    let mut figures = Table::new([
-        words("recording"),
-        words("figure"),
-        numbers("known"),
-        numbers("ours"),
-    ]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 4));
-    for (score, _) in scores {
-        for figure in &score.figures {
-            figures.row([
-                score.name.clone(),
-                figure.name.clone(),
-                number(figure.known),
-                number(figure.ours),
-            ]);
-        }
-    }
+    let figures = scores.iter().flat_map(|one| {
+        let figures = one.score.figures.iter();
+        figures.map(|figure| (&one.score.name, figure))
+    });
+    let figures = Table::of(figures)
+        .words("recording", |(name, _)| *name)
+        .words("figure", |(_, figure)| &figure.name)
+        .numbers("known", |(_, figure)| number(figure.known))
+        .numbers("ours", |(_, figure)| number(figure.ours));
     text.push_str(&figures.text());
     text.push('\n');
-    for (score, _) in scores {
+    for RecordingVerdict { score, .. } in scores {
         let physics = if score.physics.is_empty() {
             String::new()
         } else {
@@ -141,9 +115,9 @@ pub struct RecordingTotals {
 impl RecordingTotals {
     /// Counts scores.
     #[must_use]
-    pub fn new(scores: &[TimedScore]) -> Self {
+    pub fn new(scores: &[RecordingVerdict]) -> Self {
         let count = |test: &dyn Fn(&RecordingScore) -> bool| {
-            scores.iter().filter(|(score, _)| test(score)).count()
+            scores.iter().filter(|one| test(&one.score)).count()
         };
         Self {
             recordings: scores.len(),
@@ -159,56 +133,11 @@ impl RecordingTotals {
 /// A recording and what was said of it.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RecordingVerdict {
-    /// Its name.
-    pub recording: String,
-    /// How many readings it has.
-    pub readings: usize,
-    /// Verdicts that are right.
-    #[serde(rename = "right")]
-    pub expected: Vec<String>,
-    /// The verdict.
-    #[serde(rename = "said")]
-    pub verdict: String,
-    /// Laws one of which must lead.
-    pub physics: Vec<String>,
-    /// How far the verdict may be relied on; `null` without a graded diagnosis.
-    pub grade: Option<VerdictGrade>,
-    /// The leading finding, or the members of its set.
-    pub leading: Vec<String>,
-    /// Shares of the misfit that all findings explain together.
+    /// What was said.
     #[serde(flatten)]
-    pub shares: MisfitShares,
-    /// The same in words.
-    pub words: String,
-    /// Laws that were named and are foreign.
-    pub false_names: Vec<String>,
-    /// How it counts.
-    pub outcome: RecordingOutcome,
+    pub score: RecordingScore,
     /// Seconds that the diagnosis took.
     pub seconds: f64,
     /// Whether all is right.
     pub is_right: bool,
-    /// Known figures beside ours.
-    pub figures: Vec<ComparedFigure>,
-}
-
-impl From<TimedScore> for RecordingVerdict {
-    fn from((score, seconds): TimedScore) -> Self {
-        Self {
-            is_right: score.is_right(),
-            recording: score.name,
-            readings: score.readings,
-            expected: score.expected,
-            verdict: score.verdict,
-            physics: score.physics,
-            grade: score.grade,
-            leading: score.leading,
-            shares: score.shares,
-            words: score.words,
-            outcome: score.outcome,
-            false_names: score.foreign,
-            seconds,
-            figures: score.figures,
-        }
-    }
 }
