@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{ImportDraft, ImportMapping, TableImportError, VectorText};
+use crate::import::{ImportDraft, ImportMapping, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
-    OverdueGauge, PoseJoints, ReadOptions, Reading, ReadingTable, ReadingsError, SessionHeader,
+    OverdueGauge, PoseJoints, ReadOptions, Reading, ReadingTable, SessionHeader, TableError,
     is_vector_table, read_readings, read_vector_readings, write_readings,
 };
 use crate::stiffness::{
@@ -527,12 +527,9 @@ impl From<ReadingTable> for ReadTable {
 }
 
 /// Whether a table has neither force nor displacement by the names of readings.
-fn lacks_both_values(error: &ReadingsError) -> bool {
-    let ReadingsError::MissingColumn { column, others, .. } = error else {
-        return false;
-    };
+fn lacks_both_values(error: &TableError) -> bool {
     let mut values = ["force_N", "displacement_um"].iter();
-    values.all(|name| column == name || others.contains(name))
+    values.all(|name| error.missing.iter().any(|missing| missing == name))
 }
 
 /// Readings; a table that has no values by their names, or whose columns are stated, as `import` reads it.
@@ -560,7 +557,7 @@ fn read_or_imported(
             is_foreign: true,
         }),
         // What is no table of another program either lacks the columns of readings.
-        (Err(error), Some(lacking)) if !matches!(error, TableImportError::Missing { .. }) => {
+        (Err(error), Some(lacking)) if error.code != "stiffbench::import::missing" => {
             Err(lacking.into())
         }
         (Err(error), _) => Err(error.into()),

@@ -2,17 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::calibration::CalibrationTableError;
 use crate::fit::FitError;
-use crate::import::TableImportError;
-use crate::load_cases::LoadCaseError;
 use crate::mismatch::MismatchError;
 use crate::physics::{EffectError, ModelFileError};
 use crate::procedure::ProcedureError;
-use crate::readings::{ReadingsError, SessionFileError};
+use crate::readings::{SessionFileError, TableError};
 use crate::robot::RobotError;
 use crate::stiffness::StiffnessError;
-use crate::stiffness_list::StiffnessListError;
 
 use super::files::ReadError;
 
@@ -245,22 +241,14 @@ pub enum AnalysisError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Read(#[from] ReadError),
-    /// A table of readings.
+    /// A table.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Readings(#[from] ReadingsError),
-    /// A table of load cases.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    LoadCases(#[from] LoadCaseError),
+    Table(#[from] TableError),
     /// A `session.toml`.
     #[error(transparent)]
     #[diagnostic(transparent)]
     SessionFile(#[from] SessionFileError),
-    /// A list of stiffness values.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    StiffnessList(#[from] StiffnessListError),
     /// A record of a gauge.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -277,14 +265,6 @@ pub enum AnalysisError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Effect(#[from] EffectError),
-    /// A calibration table.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    CalibrationTable(#[from] CalibrationTableError),
-    /// A table of another program.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    TableImport(#[from] TableImportError),
     /// A procedure.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -2,39 +2,34 @@
 
 use std::fmt::Write as _;
 
+use crate::specimen_tables::line_in;
 use miette::Diagnostic;
 use stiffbench_measurement::readings::{
-    Assumption, AssumptionNote, ReadOptions, ReadingTable, ReadingsError, check_poses,
-    read_readings,
+    Assumption, AssumptionNote, ReadOptions, ReadingTable, TableError, check_poses, read_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 const FIVE: &str = "pose,direction,repeat,force_N,displacement_um";
 
-fn read(text: &str) -> Result<ReadingTable, ReadingsError> {
+fn read(text: &str) -> Result<ReadingTable, TableError> {
     read_readings("bench.csv", text.as_bytes(), &ReadOptions::default())
 }
 
 /// The five columns with these rows.
-fn five(rows: &[&str]) -> Result<ReadingTable, ReadingsError> {
+fn five(rows: &[&str]) -> Result<ReadingTable, TableError> {
     read(&format!("{FIVE}\n{}\n", rows.join("\n")))
 }
 
 /// Code, line and message of the error.
-fn error(result: Result<ReadingTable, ReadingsError>) -> (String, Option<u32>, String) {
+fn error(result: Result<ReadingTable, TableError>) -> (String, Option<u32>, String) {
     let error = result.expect_err("the table should not have been accepted");
     let code = error.code().expect("every error has a code").to_string();
     assert!(error.help().is_some(), "every error says what to do");
-    (code, error.line(), error.to_string())
+    (code, line_in(&error.to_string()), error.to_string())
 }
 
 #[track_caller]
-fn assert_error(
-    result: Result<ReadingTable, ReadingsError>,
-    code: &str,
-    line: u32,
-    parts: &[&str],
-) {
+fn assert_error(result: Result<ReadingTable, TableError>, code: &str, line: u32, parts: &[&str]) {
     let (found, at, message) = error(result);
     assert_eq!(found, format!("stiffbench::readings::{code}"), "{message}");
     assert_eq!(at, Some(line), "{message}");
@@ -274,7 +269,7 @@ fn unknown_pose() {
     let table = five(&["P1,x,1,0,0", "reach_out,x,1,0,0"]).unwrap();
     let known = [PoseId::new("P1"), PoseId::new("reach-out")];
     let error = check_poses(&table, &known).unwrap_err();
-    assert_eq!(error.line(), Some(3));
+    assert_eq!(line_in(&error.to_string()), Some(3));
     assert_eq!(
         error.to_string(),
         "bench.csv, line 3, column `pose`: `reach_out` is not one of the known poses `P1`, `reach-out`"

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use miette::Diagnostic;
 use proptest::prelude::*;
+use stiffbench_measurement::readings::TableError;
 use stiffbench_measurement::specimen::{
-    Incomplete, ResponseVariable, SpecimenAssumption, SpecimenError, SpecimenOptions,
-    SpecimenTable, read_specimen,
+    Incomplete, ResponseVariable, SpecimenAssumption, SpecimenOptions, SpecimenTable, read_specimen,
 };
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -19,23 +19,23 @@ fn options() -> SpecimenOptions {
     }
 }
 
-fn read_with(table: &str, options: &SpecimenOptions) -> Result<SpecimenTable, SpecimenError> {
+fn read_with(table: &str, options: &SpecimenOptions) -> Result<SpecimenTable, TableError> {
     read_specimen(&[("pull.csv", table.as_bytes())], options)
 }
 
-fn read(table: &str) -> Result<SpecimenTable, SpecimenError> {
+fn read(table: &str) -> Result<SpecimenTable, TableError> {
     read_with(table, &options())
 }
 
 /// The first line that a message names.
-fn line_in(message: &str) -> Option<u32> {
+pub(crate) fn line_in(message: &str) -> Option<u32> {
     let (_, rest) = message.split_once(", line ")?;
     let digits = rest.split(|c: char| !c.is_ascii_digit()).next()?;
     digits.parse().ok()
 }
 
 #[track_caller]
-fn assert_error(error: &SpecimenError, code: &str, line: Option<u32>, parts: &[&str]) {
+fn assert_error(error: &TableError, code: &str, line: Option<u32>, parts: &[&str]) {
     let message = error.to_string();
     assert_eq!(
         error.code().expect("every error has a code").to_string(),
@@ -578,11 +578,12 @@ proptest! {
         let options = SpecimenOptions { run_column: vec!["run".to_owned()], time_column: Some("t_s".to_owned()), ..options() };
         let complete: Vec<_> = rows.iter().filter_map(|(run, f, d, t)| Some((*run, (*f)?, (*d)?, *t))).collect();
         match read_with(&table, &options) {
-            Err(SpecimenError::NoReadings { incomplete, .. }) => {
+            Err(error) => {
                 prop_assert!(complete.is_empty());
-                prop_assert_eq!(incomplete, rows.len());
+                let rows = if rows.len() == 1 { "1 row".to_owned() } else { format!("{} rows", rows.len()) };
+                let incomplete = format!("({rows} without a value)");
+                prop_assert!(error.to_string().ends_with(&incomplete), "{}", error);
             }
-            Err(error) => prop_assert!(false, "{}", error),
             Ok(read) => {
                 prop_assert_eq!(read.readings.len(), complete.len());
                 prop_assert_eq!(read.excluded.incomplete.len(), rows.len() - complete.len());

@@ -6,8 +6,7 @@
 use std::collections::BTreeMap;
 
 use stiffbench_measurement::readings::{
-    ReadOptions, ReadingTable, ReadingText, ReadingsError, RunKey, read_readings,
-    read_vector_readings,
+    ReadOptions, ReadingTable, ReadingText, RunKey, TableError, read_readings, read_vector_readings,
 };
 
 use super::folder::table as write_table;
@@ -83,8 +82,8 @@ fn numbers_and_lines(table: &ReadingTable) -> Vec<(u32, u32)> {
 /// Compares a table with the journal of its session, value by value.
 ///
 /// # Errors
-/// [`ReadingsError`] if the journal's own readings make no table.
-pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, ReadingsError> {
+/// [`TableError`] if the journal's own readings make no table.
+pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, TableError> {
     let state = SessionState::fold(&journal.records);
     // Through the same file form, so that both have been rounded alike.
     let mut bytes = Vec::new();

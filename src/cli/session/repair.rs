@@ -12,7 +12,7 @@ use crate::analysis::{
 };
 use crate::cli::{Failure, Global, Outcome};
 use crate::readings::{
-    ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
+    ReadOptions, SessionHeader, TableError, read_readings, read_vector_readings,
 };
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{
@@ -185,9 +185,9 @@ fn verify_table(
     } else {
         read_readings(&name, open, &ReadOptions::default())
     };
-    let is_begun = |error: &ReadingsError| match error {
-        ReadingsError::Empty { .. } => true,
-        ReadingsError::NoReadings { .. } => of_vectors,
+    let is_begun = |error: &TableError| match error.code {
+        "stiffbench::readings::empty" => true,
+        "stiffbench::readings::no_readings" => of_vectors,
         _ => false,
     };
     match table {

@@ -4,7 +4,6 @@ use indexmap::{IndexMap, IndexSet};
 
 use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::draft::ImportDraft;
-use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
 use super::keywords::{OF_A_ROBOT, roles_of};
 use super::mapping::ImportMapping;
@@ -12,10 +11,10 @@ use super::measured::measured;
 use super::note::ImportNote;
 use super::pairs::are_all_equal;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
-use super::values::{branch, direction, meanings, texts};
+use super::values::{bad_value, branch, direction, meanings, texts};
 use crate::readings::{
-    Assumption, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
-    decimal, read_readings,
+    Assumption, FileCell, PoseJoints, ReadOptions, ReadingTable, TableError, are_one_load, decimal,
+    read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use crate::table_files::OWN_COLUMNS;
@@ -53,24 +52,29 @@ impl ImportDraft {
     /// The readings.
     ///
     /// # Errors
-    /// [`TableImportError::Missing`] if something is missing; otherwise for the first cell that is not as it must be.
-    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
+    /// [`TableError`] if something is missing; otherwise for the first cell that is not as it must be.
+    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableError> {
         let missing = self.missing();
         if !missing.is_empty() {
             let mut options: Vec<String> = missing.iter().map(MissingPart::option).collect();
             options.dedup();
-            return Err(TableImportError::Missing {
-                at: self.table.header(),
-                missing: MissingParts(missing.clone()),
-                found: listed_names(self.table.names()),
-                help: format!("{command} {}", options.join(" ")),
-            });
+            let missing: Vec<String> = missing.iter().map(ToString::to_string).collect();
+            return Err(TableError::new(
+                "stiffbench::import::missing",
+                format!(
+                    "{}: missing are {}; the columns are {}",
+                    self.table.header(),
+                    missing.join("; "),
+                    listed_names(self.table.names())
+                ),
+                format!("{command} {}", options.join(" ")),
+            ));
         }
         build(&self)
     }
 }
 
-pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImportError> {
+pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableError> {
     let mut notes = vec![ImportNote::Layout(Box::new(draft.table.layout.clone()))];
     let (rows, values) = measured(draft, &mut notes)?;
     let (places, joints) = poses(draft, &rows, &mut notes)?;
@@ -131,7 +135,7 @@ fn poses(
     draft: &ImportDraft,
     rows: &[usize],
     notes: &mut Vec<ImportNote>,
-) -> Result<(Vec<String>, Vec<PoseJoints>), TableImportError> {
+) -> Result<(Vec<String>, Vec<PoseJoints>), TableError> {
     let named = texts(draft, &ColumnRole::Pose, rows)?;
     if let Some((joints, of_rows)) = JointPoses::of_rows(draft, rows, named.as_deref())? {
         if joints.are_guessed_degrees {
@@ -228,10 +232,7 @@ fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
 }
 
 /// The direction of each row, and whether it has a minus sign.
-fn directions(
-    draft: &ImportDraft,
-    rows: &[usize],
-) -> Result<Vec<(Direction, bool)>, TableImportError> {
+fn directions(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<(Direction, bool)>, TableError> {
     let expected = "x, y or z";
     let Some(stated) = &draft.mapping.direction else {
         let role = &ColumnRole::Direction;
@@ -246,14 +247,11 @@ fn directions(
         value: stated.clone(),
     };
     let one = direction(stated);
-    let one = one.ok_or_else(|| TableImportError::BadValue {
-        cell: cell(),
-        expected,
-    })?;
+    let one = one.ok_or_else(|| bad_value(&cell(), expected))?;
     Ok(vec![one; rows.len()])
 }
 
-fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableImportError> {
+fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableError> {
     let Some(column) = draft.found.place(&ColumnRole::Time) else {
         return Ok(vec![None; rows.len()]);
     };
@@ -266,7 +264,7 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
     }
     let conversion = draft.conversion(column, Kind::Time);
     let time = |row: &usize| draft.table.number(*row, column, conversion);
-    Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
+    rows.iter().map(time).collect()
 }
 
 /// Force and displacement as they stand in the file.
@@ -303,7 +301,7 @@ fn number_runs(
     rows: &[usize],
     imported: &mut [ImportedRow],
     notes: &mut Vec<ImportNote>,
-) -> Result<(), TableImportError> {
+) -> Result<(), TableError> {
     let groups = grouped(imported, cell);
     if let Some(texts) = texts(draft, &ColumnRole::Repeat, rows)? {
         let number = |text: &String| text.parse::<u32>().ok().filter(|number| *number > 0);
@@ -360,7 +358,7 @@ fn set_branches(
     rows: &[usize],
     imported: &mut [ImportedRow],
     notes: &mut Vec<ImportNote>,
-) -> Result<(), TableImportError> {
+) -> Result<(), TableError> {
     let (role, expected) = (&ColumnRole::Branch, "loading or unloading");
     if let Some(branches) = meanings(draft, role, rows, branch, expected)? {
         for (row, branch) in imported.iter_mut().zip(branches) {
@@ -423,8 +421,7 @@ fn is_against_force(imported: &[ImportedRow]) -> bool {
 }
 
 /// The rows as `readings.csv`, through the reader of that form.
-fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, TableImportError> {
-    let failed = |error: csv::Error| ReadingsError::Write { error };
+fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, TableError> {
     let has_time = rows.iter().all(|row| row.time_s.is_some());
     let has_temperature = rows.iter().any(|row| row.temperature_deg_c.is_some());
     let mut names = vec![
@@ -440,7 +437,9 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
     names.extend(has_time.then_some("t_s"));
     names.extend(has_temperature.then_some("temp_degC"));
     let mut output = csv::Writer::from_writer(Vec::new());
-    output.write_record(&names).map_err(failed)?;
+    output
+        .write_record(&names)
+        .map_err(TableError::not_written)?;
     for row in rows {
         let [force_raw, displacement_raw] = row.raw.clone();
         let mut fields = vec![
@@ -460,17 +459,15 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
             let text = || value.map_or_else(String::new, |value| decimal(value, 0));
             fields.extend(is_written.then(text));
         }
-        output.write_record(&fields).map_err(failed)?;
+        output
+            .write_record(&fields)
+            .map_err(TableError::not_written)?;
     }
     let bytes = output
         .into_inner()
-        .map_err(|error| failed(error.into_error().into()))?;
+        .map_err(|error| TableError::not_written(error.into_error().into()))?;
     let options = ReadOptions::default();
-    Ok(read_readings(
-        &draft.table.source,
-        bytes.as_slice(),
-        &options,
-    )?)
+    read_readings(&draft.table.source, bytes.as_slice(), &options)
 }
 
 /// The mapping with what was guessed.

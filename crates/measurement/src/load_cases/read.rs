@@ -4,10 +4,8 @@ use std::collections::HashMap;
 use std::io::Read;
 
 use super::columns::{LoadCaseColumns, NumberColumn};
-use super::error::LoadCaseError;
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
-use crate::readings::{ReadOptions, ReadingStatus, ReadingsError, RecordTable};
-use crate::table_files::LinePlace;
+use crate::readings::{ReadOptions, ReadingStatus, RecordTable, TableError};
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Load cases from a table.
@@ -20,25 +18,21 @@ use stiffbench_units_and_text::test_point::PoseId;
 /// - `input`: its bytes; read once, in pieces.
 ///
 /// # Errors
-/// [`LoadCaseError`] with line, column, value and what was expected, for the first thing that is wrong.
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
 pub fn read_load_cases(
     source: &str,
     input: impl Read,
     options: &ReadOptions,
-) -> Result<LoadCaseTable, LoadCaseError> {
+) -> Result<LoadCaseTable, TableError> {
     let mut text = RecordTable::open(source, input, *options)?;
-    if !text.next_header()? {
-        let file = source.to_owned();
-        return Err(ReadingsError::Empty { file }.into());
-    }
+    text.next_header()?;
     let columns = LoadCaseColumns::read(&text)?;
     let mut reader = LoadCaseReader::default();
     while text.next_record()? {
         reader.take(&mut text, &columns)?;
     }
     if reader.cases.is_empty() {
-        let (file, line) = (source.to_owned(), text.header_line);
-        return Err(ReadingsError::NoReadings { file, line }.into());
+        return Err(text.no_readings());
     }
     let has_load = columns.has(VectorQuantity::Force) || columns.has(VectorQuantity::Moment);
     let mut notes: Vec<LoadCaseNote> = text
@@ -86,7 +80,7 @@ impl LoadCaseReader {
         &mut self,
         text: &mut RecordTable<'_>,
         columns: &LoadCaseColumns,
-    ) -> Result<(), LoadCaseError> {
+    ) -> Result<(), TableError> {
         let line = text.line;
         if let Some(index) = columns.status
             && text.status(index)? != ReadingStatus::Accepted
@@ -125,13 +119,23 @@ impl LoadCaseReader {
             rotation_rad: read(text, columns.of(VectorQuantity::Rotation))?,
             position_m: read(text, columns.of(VectorQuantity::Position))?,
         };
-        let at = || LinePlace::new(&text.file(), line);
         let is_loaded = case.force_n != [0.0; 3] || case.moment_nm != [0.0; 3];
         if !(is_loaded || columns.has(VectorQuantity::Position)) {
-            return Err(LoadCaseError::NoLoad { at: at() });
+            return Err(TableError::new(
+                "stiffbench::load_cases::no_load",
+                format!("{}: force and moment are zero", text.at(line)),
+                "a load case is the change from the unloaded state: leave out the row, or mark it `rejected` under `status`",
+            ));
         }
         if case.component_count() == 0 {
-            return Err(LoadCaseError::NothingRead { at: at() });
+            return Err(TableError::new(
+                "stiffbench::load_cases::nothing_read",
+                format!(
+                    "{}: no component of displacement, rotation or position",
+                    text.at(line)
+                ),
+                "fill at least one component, or mark the row `rejected` under `status`",
+            ));
         }
         self.cases.push(case);
         self.note_repeated(text);
@@ -143,7 +147,7 @@ impl LoadCaseReader {
         text: &RecordTable<'_>,
         column: Option<usize>,
         joints: &[f64],
-    ) -> Result<PoseId, LoadCaseError> {
+    ) -> Result<PoseId, TableError> {
         let Some(index) = column else {
             let bits = joints.iter().map(|value| value.to_bits()).collect();
             let next = self.poses.len() + 1;
@@ -153,7 +157,7 @@ impl LoadCaseReader {
         let name = text.text(text.field(index)).into_owned();
         if name.is_empty() {
             let expected = "the name of a pose";
-            return Err(text.missing(&text.names[index], expected).into());
+            return Err(text.missing(&text.names[index], expected));
         }
         Ok(PoseId::new(&name))
     }
@@ -190,7 +194,7 @@ fn axes(text: &RecordTable<'_>, column: Option<usize>) -> LoadAxes {
 fn load(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[f64; 3], ReadingsError> {
+) -> Result<[f64; 3], TableError> {
     let mut values = [0.0; 3];
     for (value, column) in values.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -204,7 +208,7 @@ fn load(
 fn read(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[Option<f64>; 3], ReadingsError> {
+) -> Result<[Option<f64>; 3], TableError> {
     let mut values = [None; 3];
     for (value, column) in values.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -218,7 +222,7 @@ fn required(
     text: &mut RecordTable<'_>,
     column: NumberColumn,
     expected: &'static str,
-) -> Result<f64, ReadingsError> {
+) -> Result<f64, TableError> {
     let NumberColumn { index, conversion } = column;
     let number = text.number(index, conversion)?;
     number.ok_or_else(|| text.missing(&text.names[index], expected))

@@ -5,7 +5,7 @@ use std::io::Read;
 use super::assumption::AssumptionNote;
 use super::column::Column;
 use super::defaults::fill_defaults;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::header::ColumnHeader;
 use super::row::RowReader;
 use super::table::ReadingTable;
@@ -22,12 +22,12 @@ use super::text_table::{ReadOptions, RecordTable};
 /// - `input`: its bytes; read once, in pieces.
 ///
 /// # Errors
-/// [`ReadingsError`] with line, column, value and what was expected, for the first thing that is wrong.
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
 pub fn read_readings(
     source: &str,
     input: impl Read,
     options: &ReadOptions,
-) -> Result<ReadingTable, ReadingsError> {
+) -> Result<ReadingTable, TableError> {
     let mut text = RecordTable::open(source, input, *options)?;
     let header = ColumnHeader::read(&mut text)?;
     let mut reader = RowReader::new(&header);
@@ -35,10 +35,7 @@ pub fn read_readings(
         reader.take(&mut text)?;
     }
     if reader.readings.is_empty() {
-        return Err(ReadingsError::NoReadings {
-            file: source.to_owned(),
-            line: text.header_line,
-        });
+        return Err(text.no_readings());
     }
     let mut assumptions = text.assumptions();
     assumptions.extend(header.conversions());

@@ -2,13 +2,14 @@
 
 use super::assumption::Assumption;
 use super::column::Column;
-use super::error::{FileCell, ReadingsError};
+use super::error::{FileCell, TableError};
 use super::header::ColumnHeader;
 use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
 use super::reading::Reading;
 use super::row::FirstMissing;
 use super::table::ReadingTable;
 use super::targets::{REVERSAL_SHARE, fill_targets};
+use super::text_table::{bad_value, missing_value};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Puts readings in order, fills what their file left open, and states what was assumed.
@@ -19,7 +20,7 @@ pub(super) fn fill_defaults(
     table: &mut ReadingTable,
     header: &ColumnHeader,
     first_missing: &FirstMissing,
-) -> Result<(), ReadingsError> {
+) -> Result<(), TableError> {
     check_half_empty(table, header, first_missing)?;
     put_in_order(table);
     let absent = Assumption::MISSED
@@ -50,38 +51,35 @@ fn check_half_empty(
     table: &ReadingTable,
     header: &ColumnHeader,
     first_missing: &FirstMissing,
-) -> Result<(), ReadingsError> {
+) -> Result<(), TableError> {
     for column in [Column::Seq, Column::Step, Column::Target] {
         if let (true, Some(line)) = (table.has(column), first_missing[column as usize]) {
-            return Err(ReadingsError::MissingValue {
-                cell: FileCell {
-                    file: table.source.clone(),
-                    line,
-                    column: header.name(column),
-                    value: String::new(),
-                },
-                expected: "a number, as in the other lines",
-            });
+            let cell = FileCell {
+                file: table.source.clone(),
+                line,
+                column: header.name(column),
+                value: String::new(),
+            };
+            return Err(missing_value(&cell, "a number, as in the other lines"));
         }
     }
     Ok(())
 }
 
-fn fill_times(table: &mut ReadingTable) -> Result<(), ReadingsError> {
+fn fill_times(table: &mut ReadingTable) -> Result<(), TableError> {
     let mut first: Option<jiff::Timestamp> = None;
     for reading in &mut table.readings {
         let Some(text) = reading.text.as_deref().filter(|text| !text.utc.is_empty()) else {
             continue;
         };
-        let time: jiff::Timestamp = text.utc.parse().map_err(|_| ReadingsError::BadValue {
-            cell: FileCell {
-                file: table.source.clone(),
-                line: reading.line,
-                column: Column::Utc.name().to_owned(),
-                value: text.utc.to_string(),
-            },
-            expected: "a time like 2026-03-02T09:30:00Z",
-        })?;
+        let cell = || FileCell {
+            file: table.source.clone(),
+            line: reading.line,
+            column: Column::Utc.name().to_owned(),
+            value: text.utc.to_string(),
+        };
+        let time = text.utc.parse::<jiff::Timestamp>();
+        let time = time.map_err(|_| bad_value(&cell(), "a time like 2026-03-02T09:30:00Z"))?;
         let since = time.duration_since(*first.get_or_insert(time));
         reading.time_s = Some(since.as_secs_f64());
     }
@@ -329,9 +327,9 @@ pub(super) mod tests {
         let local =
             "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
         let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();
-        assert!(
-            matches!(error, ReadingsError::BadValue { ref cell, .. } if cell.line == 2 && cell.column == "utc")
-        );
+        assert_eq!(error.code, "stiffbench::readings::bad_value");
+        let expected = "t.csv, line 2, column `utc`: `8/14/2026 10:46 AM`, expected a time";
+        assert!(error.to_string().starts_with(expected), "{error}");
     }
 
     #[test]
@@ -339,9 +337,9 @@ pub(super) mod tests {
         let text =
             "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,0\nP1,x,1,10,1,\n";
         let error = read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
-        assert!(
-            matches!(error, ReadingsError::MissingValue { ref cell, .. } if cell.line == 3 && cell.column == "step")
-        );
+        assert_eq!(error.code, "stiffbench::readings::missing_value");
+        let expected = "t.csv, line 3, column `step`: nothing, expected a number";
+        assert!(error.to_string().starts_with(expected), "{error}");
         // A column without any value is as good as none.
         let text = "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,\n";
         let table = read(text);

@@ -32,7 +32,7 @@ mod write;
 pub use assumption::{Assumption, AssumptionNote, Excluded};
 pub use column::Column;
 pub use csv::read_readings;
-pub use error::{FileCell, ReadingsError};
+pub use error::TableError;
 pub use formula::{escape_formula, unescape_formula};
 pub use joint_values::{JointColumn, JointUnit, PoseJoints};
 pub use number::DecimalSign;
@@ -54,6 +54,7 @@ pub use write::{WrittenRows, write_readings, write_rows};
 pub(crate) use assumption::left_out;
 pub(crate) use column::split_unit;
 pub(crate) use encoding::is_spreadsheet;
+pub(crate) use error::{FileCell, line_of};
 pub(crate) use joint_values::PlacedJointColumn;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,

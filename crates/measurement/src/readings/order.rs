@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::assumption::Assumption;
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 use super::reading::Reading;
 use super::table::{ReadingTable, RunKey, RunNumbers};
 
@@ -82,8 +82,8 @@ fn equal_pairs(
 }
 
 /// # Errors
-/// [`ReadingsError::DuplicateReading`] if two accepted readings claim the same test point, attempt and hold.
-pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsError> {
+/// [`TableError`] if two accepted readings claim the same test point, attempt and hold.
+pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), TableError> {
     let Some((first, second)) = equal_pairs(table, by_test_point).first().copied() else {
         return Ok(());
     };
@@ -91,12 +91,12 @@ pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsErro
         &table.readings[first as usize],
         &table.readings[second as usize],
     );
-    Err(ReadingsError::DuplicateReading {
-        file: table.source.clone(),
-        line: second.line.max(first.line),
-        first_line: first.line.min(second.line),
-        place: format!(
-            "{} {}, {}, step {}, repeat {}, attempt {}",
+    Err(TableError::new(
+        "stiffbench::readings::duplicate_reading",
+        format!(
+            "{}: the same reading as line {} ({} {}, {}, step {}, repeat {}, attempt {}), both accepted",
+            line_of(&table.source, second.line.max(first.line)),
+            first.line.min(second.line),
             second.pose,
             second.direction,
             second.branch,
@@ -104,7 +104,8 @@ pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsErro
             second.repeat,
             second.attempt
         ),
-    })
+        "mark one of them `superseded` under `status`, or distinguish them by `attempt` or `hold_s`",
+    ))
 }
 
 /// Without steps a row that occurs twice cannot be distinguished from two readings that agree; both are kept and reported.
@@ -134,7 +135,7 @@ mod tests {
     use super::*;
     use crate::readings::{ReadOptions, read_readings};
 
-    fn read(text: &str) -> Result<ReadingTable, ReadingsError> {
+    fn read(text: &str) -> Result<ReadingTable, TableError> {
         read_readings("t.csv", text.as_bytes(), &ReadOptions::default())
     }
 
@@ -174,17 +175,10 @@ mod tests {
             "{HEADER}1,P1,x,1,0,0,0,5,\n2,P1,x,1,9,1,1,5,\n3,P1,y,1,0,0,0,5,\n4,P1,x,1,9,1,1,5,\n"
         );
         let error = read(&text).unwrap_err();
-        let ReadingsError::DuplicateReading {
-            line,
-            first_line,
-            place,
-            ..
-        } = error
-        else {
-            panic!("{error}");
-        };
-        assert_eq!((first_line, line), (3, 5));
-        assert_eq!(place, "P1 x, loading, step 1, repeat 1, attempt 1");
+        assert_eq!(
+            error.to_string(),
+            "t.csv, line 5: the same reading as line 3 (P1 x, loading, step 1, repeat 1, attempt 1), both accepted"
+        );
     }
 
     #[test]

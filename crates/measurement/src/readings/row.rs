@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::header::ColumnHeader;
 use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::rows::text_of;
@@ -44,7 +44,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Adds the reading of the current record.
-    pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), ReadingsError> {
+    pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), TableError> {
         self.check_session(table)?;
         if self.origin.is_none() {
             let origin = self.text(table, Column::Origin);
@@ -87,7 +87,7 @@ impl<'a> RowReader<'a> {
         Ok(())
     }
 
-    fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), ReadingsError> {
+    fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), TableError> {
         if !self.header.has(Column::Session) {
             return Ok(());
         }
@@ -105,13 +105,14 @@ impl<'a> RowReader<'a> {
                 if *first == second {
                     return Ok(());
                 }
-                Err(ReadingsError::SeveralSessions {
-                    file: table.file(),
-                    line: table.line,
-                    first: first.clone(),
-                    first_line: *first_line,
-                    second: second.into_owned(),
-                })
+                Err(TableError::new(
+                    "stiffbench::readings::several_sessions",
+                    format!(
+                        "{}: session `{second}`, but line {first_line} has session `{first}`",
+                        table.at(table.line)
+                    ),
+                    "times and gauge zeros of different sessions do not compare; write each session into its own file",
+                ))
             }
         }
     }
@@ -145,7 +146,7 @@ impl<'a> RowReader<'a> {
         Some(table.text(field).into_owned())
     }
 
-    fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, ReadingsError> {
+    fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, TableError> {
         let Some(name) = self.noted(table, Column::Pose) else {
             return Err(self.missing(table, Column::Pose, "the name of a pose"));
         };
@@ -157,7 +158,7 @@ impl<'a> RowReader<'a> {
         Ok(pose)
     }
 
-    fn direction(&mut self, table: &RecordTable<'_>) -> Result<Direction, ReadingsError> {
+    fn direction(&mut self, table: &RecordTable<'_>) -> Result<Direction, TableError> {
         const EXPECTED: &str = "x, y or z";
         match self.noted(table, Column::Direction) {
             Some(b"x" | b"X") => Ok(Direction::X),
@@ -168,17 +169,17 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, ReadingsError> {
+    fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, TableError> {
         let index = self.place(table, Column::Branch);
         index.map_or(Ok(Branch::Loading), |index| table.branch(index))
     }
 
-    fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, ReadingsError> {
+    fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, TableError> {
         let index = self.place(table, Column::Status);
         index.map_or(Ok(ReadingStatus::Accepted), |index| table.status(index))
     }
 
-    fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, ReadingsError> {
+    fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, TableError> {
         let repeat = self.count(table, Column::Repeat)?;
         repeat.ok_or_else(|| self.missing(table, Column::Repeat, "a whole number from 1"))
     }
@@ -187,7 +188,7 @@ impl<'a> RowReader<'a> {
         &mut self,
         table: &RecordTable<'_>,
         column: Column,
-    ) -> Result<Option<u32>, ReadingsError> {
+    ) -> Result<Option<u32>, TableError> {
         let least = u32::from(matches!(column, Column::Attempt | Column::Repeat));
         let index = self.place(table, column);
         index.map_or(Ok(None), |index| table.count(index, least))
@@ -197,7 +198,7 @@ impl<'a> RowReader<'a> {
         &mut self,
         table: &mut RecordTable<'_>,
         column: Column,
-    ) -> Result<Option<f64>, ReadingsError> {
+    ) -> Result<Option<f64>, TableError> {
         if self.noted(table, column).is_none() {
             return Ok(None);
         }
@@ -211,7 +212,7 @@ impl<'a> RowReader<'a> {
         &mut self,
         table: &mut RecordTable<'_>,
         column: Column,
-    ) -> Result<f64, ReadingsError> {
+    ) -> Result<f64, TableError> {
         let number = self.number(table, column)?;
         number.ok_or_else(|| self.missing(table, column, "a number"))
     }
@@ -220,7 +221,7 @@ impl<'a> RowReader<'a> {
     fn texts(
         &mut self,
         table: &mut RecordTable<'_>,
-    ) -> Result<Option<Box<ReadingText>>, ReadingsError> {
+    ) -> Result<Option<Box<ReadingText>>, TableError> {
         let zero_si = [
             self.number(table, Column::ForceZero)?,
             self.number(table, Column::DisplacementZero)?,
@@ -265,7 +266,7 @@ impl<'a> RowReader<'a> {
         table: &RecordTable<'_>,
         column: Column,
         expected: &'static str,
-    ) -> ReadingsError {
+    ) -> TableError {
         table.missing(&self.header.name(column), expected)
     }
 }

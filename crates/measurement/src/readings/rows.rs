@@ -6,7 +6,7 @@ use csv_core::ReadRecordResult;
 
 use super::column::{NamedColumn, understand};
 use super::encoding::{Encoding, Utf8Source};
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 
 /// The sign between fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,11 +86,16 @@ impl<'a> Rows<'a> {
         file: &str,
         input: impl Read + 'a,
         delimiter: Option<Delimiter>,
-    ) -> Result<Self, ReadingsError> {
+    ) -> Result<Self, TableError> {
         let input = Utf8Source::new(input).map_err(|error| input_error(file, 0, error))?;
         if input.is_spreadsheet {
-            let file = file.to_owned();
-            return Err(ReadingsError::Spreadsheet { file });
+            return Err(TableError::new(
+                "stiffbench::readings::spreadsheet",
+                format!(
+                    "{file}: the file is a spreadsheet or an archive, and this command reads text"
+                ),
+                "stiffbench import FILE --out FOLDER makes a session of a spreadsheet; or save the sheet as CSV",
+            ));
         }
         let mut rows = Self {
             file: file.to_owned(),
@@ -115,7 +120,7 @@ impl<'a> Rows<'a> {
         Ok(rows)
     }
 
-    fn find_header(&mut self, delimiter: Option<Delimiter>) -> Result<(), ReadingsError> {
+    fn find_header(&mut self, delimiter: Option<Delimiter>) -> Result<(), TableError> {
         let mut told = delimiter;
         while self.take_line()? {
             if self.line.contains(&0) {
@@ -141,20 +146,34 @@ impl<'a> Rows<'a> {
             self.header_pending = true;
             return Ok(());
         }
-        Err(ReadingsError::Empty {
-            file: self.file.clone(),
-        })
+        Err(self.empty())
+    }
+
+    /// The error for a file with nothing but blank lines and comments.
+    pub(super) fn empty(&self) -> TableError {
+        TableError::new(
+            "stiffbench::readings::empty",
+            format!(
+                "{}: the file is empty, expected a header line with column names",
+                self.file
+            ),
+            "the smallest table has the columns pose,direction,repeat,force_N,displacement_um",
+        )
     }
 
     pub(super) fn file(&self) -> &str {
         &self.file
     }
 
-    fn not_text(&self) -> ReadingsError {
-        ReadingsError::NotText {
-            file: self.file.clone(),
-            line: self.lines_taken,
-        }
+    fn not_text(&self) -> TableError {
+        TableError::new(
+            "stiffbench::readings::not_text",
+            format!(
+                "{}: the bytes here are not text",
+                line_of(&self.file, self.lines_taken)
+            ),
+            "save the table as UTF-8 text; UTF-16 needs its byte order mark",
+        )
     }
 
     pub(super) fn delimiter(&self) -> Delimiter {
@@ -170,7 +189,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Moves to the next record and gives the line it starts on; `None` at the end.
-    pub(super) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
+    pub(super) fn next_record(&mut self) -> Result<Option<u32>, TableError> {
         loop {
             if !std::mem::take(&mut self.header_pending) {
                 if !self.take_line()? {
@@ -208,7 +227,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn take_line(&mut self) -> Result<bool, ReadingsError> {
+    fn take_line(&mut self) -> Result<bool, TableError> {
         self.line.clear();
         let taken = self
             .input
@@ -217,12 +236,13 @@ impl<'a> Rows<'a> {
         if taken == 0 {
             return Ok(false);
         }
-        self.lines_taken =
-            self.lines_taken
-                .checked_add(1)
-                .ok_or_else(|| ReadingsError::TooLong {
-                    file: self.file.clone(),
-                })?;
+        self.lines_taken = self.lines_taken.checked_add(1).ok_or_else(|| {
+            TableError::new(
+                "stiffbench::readings::too_long",
+                format!("{}: more than 4294967295 lines", self.file),
+                "split the file by session",
+            )
+        })?;
         let replaced = |text: &[u8]| text.windows(3).any(|bytes| bytes == "\u{fffd}".as_bytes());
         if self.encoding() == Encoding::Utf16 && replaced(&self.line) {
             return Err(self.not_text());
@@ -248,7 +268,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Splits the line, and those after it as long as a quote is open, into fields.
-    fn split_record(&mut self, start: u32) -> Result<(), ReadingsError> {
+    fn split_record(&mut self, start: u32) -> Result<(), TableError> {
         let (mut written, mut count, mut read) = (0, 0, 0);
         loop {
             let needed = written + self.line.len() - read + 1;
@@ -270,10 +290,14 @@ impl<'a> Rows<'a> {
                 ReadRecordResult::InputEmpty => {
                     read = 0;
                     if !self.take_line()? {
-                        return Err(ReadingsError::UnclosedQuote {
-                            file: self.file.clone(),
-                            line: start,
-                        });
+                        return Err(TableError::new(
+                            "stiffbench::readings::unclosed_quote",
+                            format!(
+                                "{}: a quoted field that starts here never ends",
+                                line_of(&self.file, start)
+                            ),
+                            "close the quotation mark, or double it if it belongs to the text",
+                        ));
                     }
                 }
             }
@@ -293,16 +317,20 @@ pub(crate) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
     (text.into(), true)
 }
 
-fn input_error(file: &str, line: u32, error: std::io::Error) -> ReadingsError {
-    let file = file.to_owned();
-    ReadingsError::Io { file, line, error }
+fn input_error(file: &str, line: u32, error: std::io::Error) -> TableError {
+    TableError::new(
+        "stiffbench::readings::io",
+        format!("{file}: reading stopped after line {line}"),
+        "the file or stream could not be read to its end; see the cause",
+    )
+    .caused_by(error)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, ReadingsError> {
+    fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, TableError> {
         let mut rows = Rows::open("t.csv", text.as_bytes(), None)?;
         let mut records = Vec::new();
         while let Some(line) = rows.next_record()? {
@@ -355,21 +383,19 @@ mod tests {
     #[test]
     fn an_open_quote_is_reported_where_it_starts() {
         let error = records("pose,note\nP1,\"a\nP2,b\n").unwrap_err();
-        assert!(matches!(
-            error,
-            ReadingsError::UnclosedQuote { line: 2, .. }
-        ));
+        assert_eq!(
+            error.to_string(),
+            "t.csv, line 2: a quoted field that starts here never ends"
+        );
     }
 
     #[test]
     fn empty_and_binary_input_are_distinguished() {
-        assert!(matches!(records(""), Err(ReadingsError::Empty { .. })));
-        assert!(matches!(
-            records("\n# nothing\n"),
-            Err(ReadingsError::Empty { .. })
-        ));
-        let zeros = records("p\0o\0s\0e\0");
-        assert!(matches!(zeros, Err(ReadingsError::NotText { line: 1, .. })));
+        let error = |text: &str| records(text).unwrap_err();
+        assert_eq!(error("").code, "stiffbench::readings::empty");
+        assert_eq!(error("\n# nothing\n").code, "stiffbench::readings::empty");
+        let zeros = error("p\0o\0s\0e\0").to_string();
+        assert_eq!(zeros, "t.csv, line 1: the bytes here are not text");
     }
 
     #[test]
@@ -379,7 +405,8 @@ mod tests {
                 rows.next_record()?;
                 rows.next_record()
             });
-            assert!(matches!(error, Err(ReadingsError::NotText { line: 2, .. })));
+            let error = error.unwrap_err().to_string();
+            assert_eq!(error, "t.csv, line 2: the bytes here are not text");
         }
     }
 
@@ -389,10 +416,7 @@ mod tests {
             let Err(error) = Rows::open("t.xlsx", bytes, None) else {
                 panic!("{bytes:?}");
             };
-            assert!(
-                matches!(error, ReadingsError::Spreadsheet { .. }),
-                "{error}"
-            );
+            assert_eq!(error.code, "stiffbench::readings::spreadsheet");
             let help = miette::Diagnostic::help(&error).unwrap().to_string();
             assert!(help.contains("stiffbench import FILE"), "{help}");
         }

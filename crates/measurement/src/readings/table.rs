@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::assumption::{Assumption, AssumptionNote, Excluded};
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 use super::joint_values::PoseJoints;
 use super::reading::{Reading, ReadingStatus};
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -345,8 +345,8 @@ struct SeenCell {
 /// Checks that every pose of a table is one of `known`, the poses of the robot or procedure file.
 ///
 /// # Errors
-/// [`ReadingsError::UnknownPose`] for the first pose that is not, with its first line and the nearest known name.
-pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), ReadingsError> {
+/// [`TableError`] for the first pose that is not, with its first line and the nearest known name.
+pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), TableError> {
     let Some(pose) = table.poses().into_iter().find(|pose| !known.contains(pose)) else {
         return Ok(());
     };
@@ -359,13 +359,13 @@ pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), Reading
         Some(near) => format!("is `{near}` meant?"),
         None => "correct the name, or add the pose to the robot or procedure file".to_owned(),
     };
-    Err(ReadingsError::UnknownPose {
-        file: table.source.clone(),
-        line,
-        pose: pose.to_string(),
-        known: listed_names(known.iter().map(PoseId::as_str)),
+    let at = line_of(&table.source, line);
+    let known = listed_names(known.iter().map(PoseId::as_str));
+    Err(TableError::new(
+        "stiffbench::readings::unknown_pose",
+        format!("{at}, column `pose`: `{pose}` is not one of the known poses {known}"),
         advice,
-    })
+    ))
 }
 
 #[cfg(test)]

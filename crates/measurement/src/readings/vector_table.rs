@@ -6,7 +6,7 @@ use std::io::Read;
 use indexmap::IndexMap;
 
 use super::column::{Column, split_unit};
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::joint_values::{PlacedJointColumn, PoseJoints};
 use super::number::Conversion;
 use super::reading::{Reading, ReadingStatus, ReadingText};
@@ -82,26 +82,15 @@ pub fn is_readings_header(bytes: &[u8]) -> bool {
 /// name. The readings of one load share [`Reading::seq`] and [`Reading::run`]; each gauge has its own zero.
 ///
 /// # Errors
-/// [`ReadingsError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTable, ReadingsError> {
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTable, TableError> {
     let mut text = RecordTable::open(source, input, ReadOptions::default())?;
-    if !text.next_header()? {
-        return Err(ReadingsError::Empty {
-            file: source.to_owned(),
-        });
-    }
+    text.next_header()?;
     for column in NEEDED {
         if !text.names.iter().any(|name| name == column) {
-            return Err(ReadingsError::MissingColumn {
-                file: source.to_owned(),
-                line: text.header_line,
-                column,
-                others: String::new(),
-                found: text.names.join(", "),
-                advice:
-                    "take the readings.csv of a session with displacement gauges along base axes"
-                        .to_owned(),
-            });
+            let advice =
+                "take the readings.csv of a session with displacement gauges along base axes";
+            return Err(text.missing_columns(vec![column.to_owned()], advice.to_owned()));
         }
     }
     let mut table = ReadingTable {
@@ -142,10 +131,7 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTab
         loads.push(load);
     }
     if loads.is_empty() {
-        return Err(ReadingsError::NoReadings {
-            file: source.to_owned(),
-            line: text.header_line,
-        });
+        return Err(text.no_readings());
     }
     table.columns = columns(&loads);
     table.add_loads(loads);
@@ -300,7 +286,7 @@ fn columns(loads: &[LoadRow]) -> Vec<Column> {
 }
 
 /// The columns `joint_VARIABLE_UNIT`.
-fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, ReadingsError> {
+fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, TableError> {
     let mut columns = Vec::new();
     for (index, name) in text.names.iter().enumerate() {
         let Some(named) = name.strip_prefix("joint_") else {
@@ -320,7 +306,7 @@ struct VectorRow<'t, 'a> {
 }
 
 impl VectorRow<'_, '_> {
-    fn load(&mut self) -> Result<LoadRow, ReadingsError> {
+    fn load(&mut self) -> Result<LoadRow, TableError> {
         let mut force_n = [0.0; 3];
         for (part, column) in force_n.iter_mut().zip(FORCES) {
             *part = self
@@ -398,7 +384,7 @@ impl VectorRow<'_, '_> {
     }
 
     /// Displacements in SI, one of each column.
-    fn micrometres(&mut self, columns: [&str; 3]) -> Result<[Option<f64>; 3], ReadingsError> {
+    fn micrometres(&mut self, columns: [&str; 3]) -> Result<[Option<f64>; 3], TableError> {
         let um = Conversion::from_unit(Kind::Displacement, "um").unwrap_or(Conversion::NONE);
         let mut parts = [None; 3];
         for (part, column) in parts.iter_mut().zip(columns) {
@@ -419,23 +405,19 @@ impl VectorRow<'_, '_> {
         })
     }
 
-    fn number(
-        &mut self,
-        column: &str,
-        conversion: Conversion,
-    ) -> Result<Option<f64>, ReadingsError> {
+    fn number(&mut self, column: &str, conversion: Conversion) -> Result<Option<f64>, TableError> {
         let index = self.index(column);
         index.map_or(Ok(None), |index| self.text.number(index, conversion))
     }
 
     /// A whole number; 1 without a column or value, as one reading of a table by hand is the first of its kind.
-    fn count(&self, column: &str) -> Result<u32, ReadingsError> {
+    fn count(&self, column: &str) -> Result<u32, TableError> {
         let index = self.index(column);
         let count = index.map_or(Ok(None), |index| self.text.count(index, 0))?;
         Ok(count.unwrap_or(1))
     }
 
-    fn bad(&self, column: &str, expected: &'static str) -> ReadingsError {
+    fn bad(&self, column: &str, expected: &'static str) -> TableError {
         let value = self.text_of(column);
         self.text.bad(column, value.as_bytes(), expected)
     }

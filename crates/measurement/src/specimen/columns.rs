@@ -1,12 +1,11 @@
 //! The header of a table: where the named columns stand, and in which units.
 
 use super::assumption::SpecimenAssumption;
-use super::error::SpecimenError;
 use super::options::SpecimenOptions;
 use super::response::ResponseVariable;
 use super::table::ColumnUnit;
-use crate::readings::Conversion;
-use crate::table_files::{MachineTable, StatedUnit, TableFileError};
+use crate::readings::{Conversion, TableError};
+use crate::table_files::{MachineTable, StatedUnit};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A column that is read.
@@ -98,7 +97,7 @@ impl SpecimenColumns {
     pub(super) fn find<'o>(
         table: &MachineTable,
         options: &'o SpecimenOptions,
-    ) -> Result<Self, SpecimenError> {
+    ) -> Result<Self, TableError> {
         let mut header = Header {
             table,
             used: vec![false; table.layout.columns.len()],
@@ -110,13 +109,7 @@ impl SpecimenColumns {
         let force = force.and_then(|name| table.column(name, of_force).ok());
         let displacement = table.column(&options.displacement_column, of_displacement);
         if let Some(force) = force.filter(|force| displacement.as_ref().ok() == Some(force)) {
-            return Err(TableFileError::SameColumn {
-                file: table.source.clone(),
-                column: table.name(force).to_owned(),
-                first: of_force.to_owned(),
-                second: of_displacement.to_owned(),
-            }
-            .into());
+            return Err(table.same_column(table.name(force), of_force, of_displacement));
         }
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
@@ -174,7 +167,7 @@ impl Header<'_> {
         self.table.column(wanted, "").is_ok()
     }
 
-    fn place(&mut self, wanted: &str, role: &str) -> Result<ColumnPosition, SpecimenError> {
+    fn place(&mut self, wanted: &str, role: &str) -> Result<ColumnPosition, TableError> {
         let index = self.table.column(wanted, role)?;
         self.used[index] = true;
         let name = self.table.name(index).to_owned();
@@ -185,15 +178,11 @@ impl Header<'_> {
         &mut self,
         wanted: Option<&String>,
         role: &str,
-    ) -> Result<Option<ColumnPosition>, SpecimenError> {
+    ) -> Result<Option<ColumnPosition>, TableError> {
         wanted.map(|name| self.place(name, role)).transpose()
     }
 
-    fn places(
-        &mut self,
-        wanted: &[String],
-        role: &str,
-    ) -> Result<Vec<ColumnPosition>, SpecimenError> {
+    fn places(&mut self, wanted: &[String], role: &str) -> Result<Vec<ColumnPosition>, TableError> {
         wanted.iter().map(|name| self.place(name, role)).collect()
     }
 
@@ -202,7 +191,7 @@ impl Header<'_> {
         wanted: Option<&String>,
         quantity: ColumnQuantity,
         unit: Option<&str>,
-    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
+    ) -> Result<Option<MeasuredColumn>, TableError> {
         wanted
             .map(|name| self.measured(name, quantity, unit))
             .transpose()
@@ -213,7 +202,7 @@ impl Header<'_> {
         &mut self,
         wanted: Option<&String>,
         unit: Option<&str>,
-    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
+    ) -> Result<Option<MeasuredColumn>, TableError> {
         let Some(name) = wanted else { return Ok(None) };
         let place = self.place(name, ColumnQuantity::Time.role())?;
         if !self.table.is_time_stamp(place.index) {
@@ -236,7 +225,7 @@ impl Header<'_> {
         wanted: &str,
         quantity: ColumnQuantity,
         unit: Option<&str>,
-    ) -> Result<MeasuredColumn, SpecimenError> {
+    ) -> Result<MeasuredColumn, TableError> {
         let place = self.place(wanted, quantity.role())?;
         let (conversion, unit) = match unit.map(str::trim) {
             Some("1")
@@ -249,10 +238,13 @@ impl Header<'_> {
             }
             Some(unit) => quantity
                 .conversion(unit)
-                .ok_or_else(|| SpecimenError::WrongUnit {
-                    unit: unit.to_owned(),
-                    option: quantity.option(),
-                    accepted: quantity.units(),
+                .ok_or_else(|| {
+                    let (option, accepted) = (quantity.option(), quantity.units());
+                    TableError::new(
+                        "stiffbench::specimen::wrong_unit",
+                        format!("`{unit}` is not a unit for --{option}, expected one of {accepted}"),
+                        "force and displacement may also have the unit 1: numbers kept as they are in the file",
+                    )
                 })?,
             None => self.unit_of_file(&place, quantity)?,
         };
@@ -268,9 +260,11 @@ impl Header<'_> {
         &mut self,
         place: &ColumnPosition,
         quantity: ColumnQuantity,
-    ) -> Result<(Conversion, ColumnUnit), SpecimenError> {
+    ) -> Result<(Conversion, ColumnUnit), TableError> {
         let column = &self.table.layout.columns[place.index];
         let name = column.name.clone();
+        let (at, option) = (self.table.header(), quantity.option());
+        let accepted = quantity.units();
         if let (Some(unit), Some(source)) = (&column.unit, column.unit_from) {
             if let Some(found) = quantity.conversion(unit) {
                 let (column, unit) = (name, unit.clone());
@@ -283,13 +277,13 @@ impl Header<'_> {
                 return Ok(found);
             }
             if source != StatedUnit::Name && quantity != ColumnQuantity::Temperature {
-                return Err(SpecimenError::WrongColumnUnit {
-                    at: self.table.header(),
-                    column: name,
-                    unit: unit.clone(),
-                    option: quantity.option(),
-                    accepted: quantity.units(),
-                });
+                return Err(TableError::new(
+                    "stiffbench::specimen::wrong_column_unit",
+                    format!("{at}: column `{name}` is in `{unit}`, expected one of {accepted}"),
+                    format!(
+                        "is it another column that is meant? Else state the unit with --{option}; force and displacement may have --{option} 1, numbers kept as they are in the file"
+                    ),
+                ));
             }
         }
         if quantity == ColumnQuantity::Temperature {
@@ -297,12 +291,13 @@ impl Header<'_> {
                 .push(SpecimenAssumption::TemperatureInCelsius);
             return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));
         }
-        Err(SpecimenError::NoUnit {
-            at: self.table.header(),
-            column: name,
-            option: quantity.option(),
-            accepted: quantity.units(),
-        })
+        Err(TableError::new(
+            "stiffbench::specimen::no_unit",
+            format!("{at}: column `{name}` has no unit, expected one of {accepted}"),
+            format!(
+                "name it with --{option}, or at the end of the column's name (force_N, travel_mm, t_s); force and displacement may have --{option} 1, numbers without a unit"
+            ),
+        ))
     }
 
     fn unused(&self) -> Vec<String> {

@@ -8,7 +8,6 @@ mod assumption;
 mod branches;
 mod clock;
 mod columns;
-mod error;
 mod options;
 mod order;
 mod read;
@@ -18,7 +17,6 @@ mod table;
 mod thin;
 
 pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
-pub use error::SpecimenError;
 pub use options::{SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
 pub use response::{ResponseDoubt, ResponseVariable};

@@ -6,13 +6,14 @@ use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
 use super::clock::{is_one_sweep, response_by_clock, response_by_scatter};
 use super::columns::SpecimenColumns;
-use super::error::SpecimenError;
 use super::options::{SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::response::{ResponseDoubt, ResponseVariable};
 use super::row::{SpecimenRow, SpecimenRowReader};
 use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::table_files::{MachineTable, TableFileError, read_table_files};
+use crate::readings::TableError;
+use crate::table_files::{MachineTable, read_table_files};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Readings from a table whose columns the caller names.
@@ -24,14 +25,18 @@ use stiffbench_units_and_text::quantity::Kind;
 /// - `files`: names, for messages, and bytes; several with the same columns are read as one table, in which each is a run.
 ///
 /// # Errors
-/// [`SpecimenError`] with line, column, value and what was expected, for the first thing that is wrong.
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
 pub fn read_specimen(
     files: &[(&str, &[u8])],
     options: &SpecimenOptions,
-) -> Result<SpecimenTable, SpecimenError> {
+) -> Result<SpecimenTable, TableError> {
     let turn_share = options.turn_share.unwrap_or(TURN_SHARE);
     if !(turn_share > 0.0 && turn_share < 1.0) {
-        return Err(SpecimenError::BadTurnShare { share: turn_share });
+        return Err(TableError::new(
+            "stiffbench::specimen::bad_turn_share",
+            format!("a turn share of {turn_share} is not between 0 and 1"),
+            "--turn-share is the part of a run's range by which the path must come back, 0.05 unless given",
+        ));
     }
     let mut file = read_table_files(files, &options.of_file())?;
     let are_runs_stated = !options.run_column.is_empty();
@@ -42,10 +47,15 @@ pub fn read_specimen(
         reader.take(row)?;
     }
     if reader.rows.is_empty() {
-        return Err(SpecimenError::NoReadings {
-            at: file.header(),
-            incomplete: reader.incomplete.len(),
-        });
+        let incomplete = counted(reader.incomplete.len(), "row");
+        return Err(TableError::new(
+            "stiffbench::specimen::no_readings",
+            format!(
+                "{}: no complete reading follows the header ({incomplete} without a value)",
+                file.header()
+            ),
+            "a reading needs a value in every named column but those of time, hold and temperature",
+        ));
     }
     let mut assumptions = assumptions_of_file(&file, &reader, &columns, options);
     if let Some(run) = columns.run.first().filter(|_| !are_runs_stated) {
@@ -74,7 +84,7 @@ pub fn read_specimen(
 impl SpecimenOptions {
     /// The same with the runs that a table has without a column that names them: files, sheets, and columns of repeats, which are put below each
     /// other; dates are put before the times of day.
-    fn with_runs_of(&self, file: &mut MachineTable) -> Result<Self, TableFileError> {
+    fn with_runs_of(&self, file: &mut MachineTable) -> Result<Self, TableError> {
         let mut with = self.clone();
         let mut runs = Vec::new();
         if let (Some(dates), Some(times)) = (&self.date_column, &self.time_column) {

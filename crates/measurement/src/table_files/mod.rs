@@ -7,7 +7,6 @@
 mod cell;
 mod columns;
 mod decode;
-mod error;
 mod find;
 mod joined;
 pub(crate) mod keywords;
@@ -28,7 +27,6 @@ mod unit_cells;
 pub(crate) const OWN_COLUMNS: [&str; 4] = ["segment", "file", "sheet", "series"];
 
 pub use columns::{FileColumn, StatedUnit};
-pub use error::{LinePlace, TableFileError};
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
 pub use options::{TableFileOptions, ThreeDigits};
 pub use read::{read_table_file, read_table_files};

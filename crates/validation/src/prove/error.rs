@@ -4,8 +4,7 @@ use stiffbench::bench::BenchError;
 use stiffbench_beams::physics::EffectError;
 use stiffbench_beams::robot::RobotError;
 use stiffbench_diagnosis::mismatch::MismatchError;
-use stiffbench_measurement::readings::{ReadingsError, SessionFileError};
-use stiffbench_measurement::specimen::SpecimenError;
+use stiffbench_measurement::readings::{SessionFileError, TableError};
 use stiffbench_numeric::least_squares::LeastSquaresError;
 use stiffbench_units_and_text::toml_text::TomlError;
 
@@ -69,7 +68,7 @@ pub enum ProveError {
     /// Readings that cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Readings(#[from] ReadingsError),
+    Table(#[from] TableError),
     /// A header that cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -78,10 +77,6 @@ pub enum ProveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Robot(#[from] RobotError),
-    /// A recording that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Specimen(#[from] SpecimenError),
     /// A trial that cannot be computed.
     #[error(transparent)]
     #[diagnostic(transparent)]
