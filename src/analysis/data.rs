@@ -345,7 +345,7 @@ impl LoadedSession {
         warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
         let notes = read.table.notes.iter().filter(|_| !of_vectors);
-        warnings.extend(notes.map(ToString::to_string));
+        warnings.extend(notes.cloned());
         let mut header = session_header(&folder, warnings)?;
         if !read.poses.is_empty() {
             let header = header.get_or_insert_default();
@@ -472,7 +472,7 @@ impl LoadedLoadCases {
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
         let table = read_load_cases(&name, text, &ReadOptions::default())?;
         let mut warnings: Vec<String> = own.into_iter().flat_map(|own| own.notes).collect();
-        warnings.extend(table.notes.iter().map(ToString::to_string));
+        warnings.extend(table.notes.iter().cloned());
         let header = session_header(&folder, &mut warnings)?;
         let overdue = check_calibration(header.as_ref(), None, options.calibration, &mut warnings)?;
         Ok(Self {
@@ -551,7 +551,7 @@ fn read_or_imported(
     let draft = ImportDraft::read(&[(name, bytes)], None, columns);
     match (draft.and_then(|draft| draft.finish("add")), lacking) {
         (Ok(imported), _) => Ok(ReadTable {
-            warnings: imported.notes.iter().map(ToString::to_string).collect(),
+            warnings: imported.notes.texts,
             table: imported.table,
             poses: imported.poses,
             is_foreign: true,

@@ -55,7 +55,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::default()
         .with_list(&file, &sha256(&text))
         .with_list(&name, &sha256(&bytes));
-    let notes = table.assumptions.iter().map(ToString::to_string);
+    let notes = table.assumptions.iter().cloned();
     let text = report.document();
     Ok(Outcome::new("prediction", text, report)
         .with_inputs(inputs)

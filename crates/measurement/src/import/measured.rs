@@ -2,15 +2,16 @@
 
 use super::columns::{ColumnRole, ImportedQuantity};
 use super::draft::ImportDraft;
-use super::note::ImportNote;
+use super::note::ImportNotes;
 use super::values::no_value;
 use crate::readings::{Conversion, TableError};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Forces and displacements in SI of the rows that have both, and which rows these are.
 pub(super) fn measured(
     draft: &ImportDraft,
-    notes: &mut Vec<ImportNote>,
+    notes: &mut ImportNotes,
 ) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableError> {
     let (force, forces) = column(draft, ImportedQuantity::Force)?;
     let displacements = if let Some(log) = &draft.log {
@@ -41,11 +42,17 @@ pub(super) fn measured(
         }
     }
     if left_out > 0 {
-        let (rows, line) = (left_out, first);
-        notes.push(match draft.log {
-            Some(_) => ImportNote::NotPaired { rows, line },
-            None => ImportNote::BlankRows { rows, line },
-        });
+        let what = match draft.log {
+            Some(_) => format!(
+                "{} outside the times of the displacements or in a gap of them",
+                counted(left_out, "force")
+            ),
+            None => format!(
+                "{} without force and displacement",
+                counted(left_out, "row")
+            ),
+        };
+        notes.note(format!("left out: {what}, first in line {first}"));
     }
     if rows.is_empty() {
         let at = draft.table.header();
@@ -58,23 +65,30 @@ pub(super) fn measured(
     refuse_all_zero(draft, &values)?;
     for quantity in ImportedQuantity::ALL {
         let column = draft.found.place(&quantity.role());
-        notes.extend(column.and_then(|column| unit_over_file(draft, column, quantity.kind())));
+        if let Some(doubt) =
+            column.and_then(|column| unit_over_file(draft, column, quantity.kind()))
+        {
+            notes.doubt(doubt);
+        }
     }
-    let mut flipped = ImportedQuantity::ALL.to_vec();
-    flipped.retain(|quantity| draft.mapping.flip.contains(quantity));
-    notes.extend(flipped.into_iter().map(ImportNote::Flipped));
+    for quantity in ImportedQuantity::ALL {
+        if draft.mapping.flip.contains(&quantity) {
+            notes.note(format!("the sign of every {quantity} was reversed"));
+        }
+    }
     Ok((rows, values))
 }
 
 /// A note on a unit that was stated over another of the file.
-fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<ImportNote> {
-    let of_file = draft.table.layout.columns[column].unit.clone()?;
+fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<String> {
+    let of_file = draft.table.layout.columns[column].unit.as_ref()?;
     let unit = draft.unit(column, kind)?;
-    let [known, stated] = [&of_file, &unit].map(|unit| Conversion::from_unit(kind, unit));
-    (known.is_some() && known != stated).then(|| ImportNote::UnitOverFile {
-        unit,
-        column: draft.name(column).to_owned(),
-        of_file,
+    let [known, stated] = [of_file, &unit].map(|unit| Conversion::from_unit(kind, unit));
+    (known.is_some() && known != stated).then(|| {
+        format!(
+            "the file states {of_file} for column `{}`, and the options or the mapping {unit}: {unit} is used",
+            draft.name(column)
+        )
     })
 }
 

@@ -24,6 +24,6 @@ pub use build::ImportedReadings;
 pub use columns::{ColumnGuess, GuessedFrom, ImportedQuantity, MissingPart};
 pub use draft::ImportDraft;
 pub use mapping::{ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord};
-pub use note::ImportNote;
+pub use note::ImportNotes;
 pub use runs::{CounterDoubt, RunDoubt};
 pub use vectors::VectorText;

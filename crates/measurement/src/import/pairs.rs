@@ -3,10 +3,11 @@
 use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::guess::FoundColumns;
 use super::mapping::ImportMapping;
-use super::note::ImportNote;
+use super::note::ImportNotes;
 use crate::readings::{Conversion, TableError};
 use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_numeric::statistics::median;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// The log of the displacement.
@@ -64,7 +65,7 @@ impl PairedLog {
         &self,
         force: &MachineTable,
         force_time: Option<usize>,
-        notes: &mut Vec<ImportNote>,
+        notes: &mut ImportNotes,
     ) -> Result<Vec<Option<f64>>, TableError> {
         let problem = |problem: &str| {
             TableError::new(
@@ -109,7 +110,10 @@ impl PairedLog {
         if rows == 0 {
             return Err(problem("their times do not overlap"));
         }
-        notes.push(ImportNote::Paired { rows });
+        let rows = counted(rows, "value");
+        notes.note(format!(
+            "displacements were interpolated at the times of the forces: {rows}"
+        ));
         Ok(paired)
     }
 }

@@ -1,6 +1,6 @@
 //! The header of a table of load cases: which column stands where, in which unit.
 
-use super::table::{LoadCaseNote, VectorQuantity};
+use super::table::VectorQuantity;
 use crate::readings::{Conversion, PlacedJointColumn, RecordTable, TableError, split_unit};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::test_point::Direction;
@@ -26,7 +26,8 @@ pub(super) struct LoadCaseColumns {
     pub(super) joints: Vec<PlacedJointColumn>,
     /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
     pub(super) vectors: [[Option<NumberColumn>; 3]; 5],
-    pub(super) notes: Vec<LoadCaseNote>,
+    pub(super) notes: Vec<String>,
+    pub(super) unused: Vec<String>,
 }
 
 /// The meaning of a name.
@@ -111,7 +112,10 @@ impl LoadCaseColumns {
                 ColumnMeaning::OfReadings => of_readings = Some(index),
                 ColumnMeaning::Unknown if name.is_empty() => {}
                 ColumnMeaning::Unknown => {
-                    columns.notes.push(LoadCaseNote::UnusedColumn(name.clone()));
+                    columns
+                        .notes
+                        .push(format!("column `{name}` means nothing here"));
+                    columns.unused.push(name.clone());
                 }
             }
         }
@@ -167,10 +171,10 @@ impl LoadCaseColumns {
         }
         *place = Some(NumberColumn { index, conversion });
         if Conversion::from_unit(quantity.kind(), quantity.unit()) != Some(conversion) {
-            self.notes.push(LoadCaseNote::UnitConverted {
-                found: name.clone(),
-                unit: quantity.unit(),
-            });
+            self.notes.push(format!(
+                "assumed: column `{name}` was converted to {}",
+                quantity.unit()
+            ));
         }
         Ok(())
     }

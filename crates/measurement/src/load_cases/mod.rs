@@ -12,5 +12,5 @@ pub use crate::readings::{JointColumn, JointUnit};
 pub use columns::is_load_case_table;
 pub(crate) use columns::vector_columns;
 pub use read::read_load_cases;
-pub use table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
+pub use table::{LoadAxes, LoadCase, LoadCaseTable, VectorQuantity};
 pub use write::write_load_cases;

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::io::Read;
 
 use super::columns::{LoadCaseColumns, NumberColumn};
-use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
+use super::table::{LoadAxes, LoadCase, LoadCaseTable, VectorQuantity};
 use crate::readings::{ReadOptions, ReadingStatus, RecordTable, TableError};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Load cases from a table.
@@ -35,21 +36,25 @@ pub fn read_load_cases(
         return Err(text.no_readings());
     }
     let has_load = columns.has(VectorQuantity::Force) || columns.has(VectorQuantity::Moment);
-    let mut notes: Vec<LoadCaseNote> = text
-        .assumptions()
-        .into_iter()
-        .map(LoadCaseNote::Text)
-        .collect();
-    notes.extend(columns.notes);
+    let of_text = text.assumptions().into_iter();
+    let of_text = of_text.map(|one| format!("assumed: {one}"));
+    let mut notes: Vec<String> = of_text.chain(columns.notes).collect();
     if columns.axes.is_none() && has_load {
-        notes.push(LoadCaseNote::BaseAxes);
+        let said = "assumed: no column `axes`: components stand along the axes of the base";
+        notes.push(said.to_owned());
     }
     if columns.pose.is_none() {
-        notes.push(LoadCaseNote::NumberedPoses);
+        let said =
+            "assumed: no column `pose`: poses are numbered in the order of their joint values";
+        notes.push(said.to_owned());
     }
     if !reader.rejected.is_empty() {
-        let lines = reader.rejected;
-        notes.push(LoadCaseNote::Rejected { lines });
+        let lines: Vec<String> = reader.rejected.iter().map(u32::to_string).collect();
+        notes.push(format!(
+            "not used, because of its `status`: {}, line {}",
+            counted(lines.len(), "row"),
+            lines.join(", ")
+        ));
     }
     notes.extend(reader.repeated);
     let joints = columns.joints.into_iter().map(|joint| joint.column);
@@ -59,6 +64,7 @@ pub fn read_load_cases(
         joints: joints.collect(),
         cases: reader.cases,
         notes,
+        unused_columns: columns.unused,
     })
 }
 
@@ -68,7 +74,7 @@ struct LoadCaseReader {
     cases: Vec<LoadCase>,
     origin: Option<String>,
     rejected: Vec<u32>,
-    repeated: Vec<LoadCaseNote>,
+    repeated: Vec<String>,
     /// First line of every record, by its bytes.
     seen: HashMap<Vec<u8>, u32>,
     /// Number of each set of joint values, by their bits.
@@ -170,8 +176,9 @@ impl LoadCaseReader {
         }
         let line = text.line;
         if let Some(&first_line) = self.seen.get(&bytes) {
-            self.repeated
-                .push(LoadCaseNote::RepeatedRow { line, first_line });
+            self.repeated.push(format!(
+                "line {line} repeats line {first_line} word for word; both are kept"
+            ));
         } else {
             self.seen.insert(bytes, line);
         }

@@ -2,7 +2,6 @@
 
 use std::io::Read;
 
-use super::assumption::AssumptionNote;
 use super::column::Column;
 use super::defaults::fill_defaults;
 use super::error::TableError;
@@ -61,7 +60,7 @@ pub fn read_readings(
     let unused = header
         .unused
         .iter()
-        .map(|index| AssumptionNote::UnusedColumn(header.name_at(*index)));
+        .map(|index| format!("column `{}` is not used", header.name_at(*index)));
     table.notes.extend(unused);
     fill_defaults(&mut table, &header, &reader.first_missing)?;
     table.take_stock();

@@ -2,7 +2,7 @@
 //!
 //! The waist of the program: acquisition ends by writing a session folder, analysis begins by reading one. A reading keeps the
 //! instrument's own text; one that is not used is marked and counted, never dropped. Everything a reader decides that the file does not
-//! say is listed with the table ([`Assumption`]), as is everything it left out ([`Excluded`]).
+//! say is listed with the table, in sentences, as is everything it left out ([`Excluded`]).
 
 mod assumption;
 mod column;
@@ -29,7 +29,7 @@ mod toml_values;
 mod vector_table;
 mod write;
 
-pub use assumption::{Assumption, AssumptionNote, Excluded};
+pub use assumption::Excluded;
 pub use column::Column;
 pub use csv::read_readings;
 pub use error::TableError;
@@ -51,7 +51,7 @@ pub use vector_table::{is_readings_header, is_vector_table, read_vector_readings
 pub use write::{WrittenRows, write_readings, write_rows};
 
 // What reads any table of numbers, for readers of other tables.
-pub(crate) use assumption::left_out;
+pub(crate) use assumption::{absent_columns, left_out};
 pub(crate) use column::split_unit;
 pub(crate) use encoding::is_spreadsheet;
 pub(crate) use error::{FileCell, line_of};

@@ -6,7 +6,6 @@ use std::borrow::Cow;
 use std::cell::Cell;
 use std::io::Read;
 
-use super::assumption::Assumption;
 use super::encoding::Encoding;
 use super::error::{FileCell, TableError, line_of};
 use super::formula::unescape_formula;
@@ -319,22 +318,27 @@ impl<'a> RecordTable<'a> {
     }
 
     /// What was taken for granted of the text itself.
-    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+    pub(crate) fn assumptions(&self) -> Vec<String> {
         let delimiter = self.rows.delimiter();
         let other_delimiter = self.told.delimiter.is_none() && delimiter != Delimiter::Comma;
         let encoding = match self.rows.encoding() {
             Encoding::Plain => None,
-            Encoding::Utf8Marked => Some(Assumption::ByteOrderMark),
-            Encoding::Utf16 => Some(Assumption::Utf16),
+            Encoding::Utf8Marked => Some("a byte order mark was taken off"),
+            Encoding::Utf16 => Some("the text is UTF-16"),
         };
         let line_ends = self.rows.lone_carriage_return();
-        let other_encoding = self.other_encoding.get();
-        let comma = Assumption::decimal_comma(self.told.decimal, self.numbers.decimal_comma());
+        let comma = match (self.told.decimal, self.numbers.decimal_comma()) {
+            (Some(DecimalSign::Comma), _) => Some("numbers have a decimal comma".to_owned()),
+            (_, Some(line)) => Some(format!("numbers have a decimal comma, as in line {line}")),
+            _ => None,
+        };
         [
-            encoding,
-            line_ends.then_some(Assumption::LoneCarriageReturn),
-            other_delimiter.then_some(Assumption::Delimiter(delimiter)),
-            other_encoding.map(|line| Assumption::NotUtf8 { line }),
+            encoding.map(str::to_owned),
+            line_ends.then(|| "lines end with a carriage return".to_owned()),
+            other_delimiter.then(|| format!("fields are delimited by a {}", delimiter.word())),
+            self.other_encoding.get().map(|line| {
+                format!("text that is not UTF-8 was taken as ISO 8859-1, first in line {line}")
+            }),
             comma,
         ]
         .into_iter()

@@ -1,6 +1,5 @@
 //! The header of a table: where the named columns stand, and in which units.
 
-use super::assumption::SpecimenAssumption;
 use super::options::SpecimenOptions;
 use super::response::ResponseVariable;
 use super::table::ColumnUnit;
@@ -89,7 +88,7 @@ pub(super) struct SpecimenColumns {
     pub(super) order: Option<ColumnPosition>,
     pub(super) branch: Option<ColumnPosition>,
     pub(super) unused: Vec<String>,
-    pub(super) assumptions: Vec<SpecimenAssumption>,
+    pub(super) assumptions: Vec<String>,
 }
 
 impl SpecimenColumns {
@@ -158,7 +157,7 @@ impl SpecimenColumns {
 struct Header<'a> {
     table: &'a MachineTable,
     used: Vec<bool>,
-    assumptions: Vec<SpecimenAssumption>,
+    assumptions: Vec<String>,
 }
 
 impl Header<'_> {
@@ -209,9 +208,10 @@ impl Header<'_> {
             return self.optional(wanted, ColumnQuantity::Time, unit);
         }
         let seconds = self.table.seconds(place.index)?;
-        self.assumptions.push(SpecimenAssumption::TimeStamps {
-            column: place.name.clone(),
-        });
+        self.assumptions.push(format!(
+            "column `{}` holds times: they became seconds since the first",
+            place.name
+        ));
         Ok(Some(MeasuredColumn {
             place,
             conversion: Conversion::NONE,
@@ -267,13 +267,13 @@ impl Header<'_> {
         let accepted = quantity.units();
         if let (Some(unit), Some(source)) = (&column.unit, column.unit_from) {
             if let Some(found) = quantity.conversion(unit) {
-                let (column, unit) = (name, unit.clone());
-                self.assumptions.push(match source {
-                    StatedUnit::Name => SpecimenAssumption::UnitFromName { column, unit },
-                    StatedUnit::Row | StatedUnit::Header | StatedUnit::Cells => {
-                        SpecimenAssumption::UnitFromFile { column, unit }
-                    }
-                });
+                let by = if source == StatedUnit::Name {
+                    "its name"
+                } else {
+                    "the file"
+                };
+                self.assumptions
+                    .push(format!("column `{name}` is in {unit}, by {by}"));
                 return Ok(found);
             }
             if source != StatedUnit::Name && quantity != ColumnQuantity::Temperature {
@@ -288,7 +288,7 @@ impl Header<'_> {
         }
         if quantity == ColumnQuantity::Temperature {
             self.assumptions
-                .push(SpecimenAssumption::TemperatureInCelsius);
+                .push("temperatures without a unit are °C".to_owned());
             return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));
         }
         Err(TableError::new(

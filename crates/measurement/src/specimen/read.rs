@@ -2,10 +2,10 @@
 
 use indexmap::IndexSet;
 
-use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
 use super::clock::{is_one_sweep, response_by_clock, response_by_scatter};
 use super::columns::SpecimenColumns;
+use super::excluded::ExcludedLines;
 use super::options::{SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::response::{ResponseDoubt, ResponseVariable};
@@ -59,8 +59,8 @@ pub fn read_specimen(
     }
     let mut assumptions = assumptions_of_file(&file, &reader, &columns, options);
     if let Some(run) = columns.run.first().filter(|_| !are_runs_stated) {
-        let column = run.name.clone();
-        assumptions.push(SpecimenAssumption::EachIsARun { column });
+        let column = &run.name;
+        assumptions.push(format!("each {column} is a run, with a zero of its own"));
     }
     let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
@@ -125,17 +125,17 @@ fn assumptions_of_file(
     reader: &SpecimenRowReader<'_>,
     columns: &SpecimenColumns,
     options: &SpecimenOptions,
-) -> Vec<SpecimenAssumption> {
-    let mut all = vec![SpecimenAssumption::Layout(Box::new(file.layout.clone()))];
+) -> Vec<String> {
+    let mut all = vec![file.layout.to_string()];
     if columns.force.is_none() && options.force_column.is_none() {
-        all.push(SpecimenAssumption::ConstantLoad);
+        all.push("no force column: the load is the same throughout".to_owned());
     }
     all.extend(columns.assumptions.iter().cloned());
     if columns.configuration.is_empty() {
-        all.push(SpecimenAssumption::OneConfiguration);
+        all.push("all readings are of one specimen".to_owned());
     }
     if columns.run.is_empty() {
-        all.push(SpecimenAssumption::OneRunEach);
+        all.push("all readings of a specimen are one run, with one zero".to_owned());
     }
     all.extend(reader.absent());
     all
@@ -227,9 +227,19 @@ impl SpecimenTable {
         };
         if stated.is_none() && are_both_read {
             self.assumptions.push(match (by_clock, by_scatter) {
-                (Some(response), _) => SpecimenAssumption::ResponseByClock { response },
-                (None, Some(response)) => SpecimenAssumption::ResponseByScatter { response },
-                (None, None) => SpecimenAssumption::LoadsWereSet,
+                (Some(response), _) => {
+                    let [set, answer] = response.set_and_answer();
+                    format!(
+                        "the {set} is a ramp or a sine of time, or of the order of the readings: it was set, and the {answer} is the response"
+                    )
+                }
+                (None, Some(response)) => {
+                    let [set, answer] = response.set_and_answer();
+                    format!(
+                        "the {answer} scatters more than the {set}, so it is taken for the response: the clock does not show what was set; state otherwise with --response {set}"
+                    )
+                }
+                (None, None) => "loads were set and displacements measured: the table does not show which; state otherwise with --response force".to_owned(),
             });
         }
     }
@@ -260,17 +270,16 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
             table.readings[*index].branch = branch;
         }
     }
-    table
-        .assumptions
-        .push(SpecimenAssumption::BranchesFromPath {
-            turn_share: largest_share,
-            turns,
-            cycles,
-        });
-    if let Some(line) = line {
-        let runs = shuffled;
-        table
-            .assumptions
-            .push(SpecimenAssumption::Shuffled { runs, line });
-    }
+    table.assumptions.push(format!(
+        "branches are derived from the path: {} and {}, where a turn is a return by more than {} % of the run's range",
+        counted(cycles, "cycle"),
+        counted(turns, "turn"),
+        (largest_share * 1e4).round() / 100.0
+    ));
+    table.assumptions.extend(line.map(|line| {
+        format!(
+            "in {}, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled order, all loading; add a branch column to change this",
+            counted(shuffled, "run")
+        )
+    }));
 }

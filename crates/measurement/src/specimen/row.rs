@@ -1,10 +1,11 @@
 //! One record of a table to one row, with the texts that name its run and configuration.
 
-use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
+use super::excluded::Incomplete;
 use super::table::SpecimenReading;
 use crate::readings::{BRANCH_WORDS, TableError, meaning_of, read_count};
 use crate::table_files::MachineTable;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
@@ -171,13 +172,15 @@ impl<'a> SpecimenRowReader<'a> {
     }
 
     /// Optional columns that have no value in some rows.
-    pub(super) fn absent(&self) -> Vec<SpecimenAssumption> {
+    pub(super) fn absent(&self) -> Vec<String> {
         let columns = self.columns.optional().into_iter().zip(self.absences);
         columns
             .filter(|(_, absences)| absences.rows > 0)
             .filter_map(|(column, Absences { rows, line })| {
-                let column = column?.place.name.clone();
-                Some(SpecimenAssumption::ValuesAbsent { column, rows, line })
+                let (column, rows) = (&column?.place.name, counted(rows, "row"));
+                Some(format!(
+                    "no value of `{column}` in {rows}, first in line {line}; kept without it"
+                ))
             })
             .collect()
     }
