@@ -10,8 +10,8 @@ use crate::import::{ImportDraft, ImportMapping, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
-    OverdueGauge, PoseJoints, ReadOptions, Reading, ReadingTable, SessionHeader, TableError,
-    is_vector_table, read_readings, read_vector_readings, write_readings,
+    OverdueGauge, PoseJoints, Reading, ReadingTable, SessionHeader, TableError, is_vector_table,
+    read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -337,7 +337,7 @@ impl LoadedSession {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
         let mut read = if of_vectors {
-            read_vector_readings(&name, text)?.into()
+            read_readings(&name, text)?.into()
         } else {
             read_or_imported(&name, &bytes, &options.columns)?
         };
@@ -470,7 +470,7 @@ impl LoadedLoadCases {
         let scatter = options.gauges.scatter(&name)?;
         let own = own_names(&name, &bytes, options)?;
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
-        let table = read_load_cases(&name, text, &ReadOptions::default())?;
+        let table = read_load_cases(&name, text)?;
         let mut warnings: Vec<String> = own.into_iter().flat_map(|own| own.notes).collect();
         warnings.extend(table.notes.iter().cloned());
         let header = session_header(&folder, &mut warnings)?;
@@ -542,7 +542,7 @@ fn read_or_imported(
     let lacking = if is_stated {
         None
     } else {
-        match read_readings(name, bytes, &ReadOptions::default()) {
+        match read_readings(name, bytes) {
             Ok(table) => return Ok(table.into()),
             Err(error) if lacks_both_values(&error) => Some(error),
             Err(error) => return Err(error.into()),

@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
-use crate::readings::{Conversion, ReadOptions, RecordTable, TableError};
+use crate::readings::{Conversion, RecordTable, TableError};
 
 /// The stiffness of a cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,8 +55,7 @@ pub fn is_stiffness_list(bytes: &[u8]) -> bool {
 /// # Errors
 /// [`TableError`] with file and line.
 pub fn read_stiffness_list(file: &str, input: &[u8]) -> Result<Vec<ListedStiffness>, TableError> {
-    let mut text = RecordTable::open(file, input, ReadOptions::default())?;
-    text.next_header()?;
+    let mut text = RecordTable::open(file, input)?;
     let columns = columns(&text)?;
     let mut cells: IndexMap<Cell, CellSums> = IndexMap::new();
     while text.next_record()? {

@@ -3,10 +3,10 @@
 use stiffbench_measurement::load_cases::{
     LoadAxes, LoadCaseTable, is_load_case_table, read_load_cases, write_load_cases,
 };
-use stiffbench_measurement::readings::{ReadOptions, TableError};
+use stiffbench_measurement::readings::TableError;
 
 fn read(text: &str) -> Result<LoadCaseTable, TableError> {
-    read_load_cases("cases.csv", text.as_bytes(), &ReadOptions::default())
+    read_load_cases("cases.csv", text.as_bytes())
 }
 
 fn error(text: &str) -> String {

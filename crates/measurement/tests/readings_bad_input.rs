@@ -4,15 +4,13 @@ use std::fmt::Write as _;
 
 use crate::specimen_tables::line_in;
 use miette::Diagnostic;
-use stiffbench_measurement::readings::{
-    ReadOptions, ReadingTable, TableError, check_poses, read_readings,
-};
+use stiffbench_measurement::readings::{ReadingTable, TableError, check_poses, read_readings};
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 const FIVE: &str = "pose,direction,repeat,force_N,displacement_um";
 
 fn read(text: &str) -> Result<ReadingTable, TableError> {
-    read_readings("bench.csv", text.as_bytes(), &ReadOptions::default())
+    read_readings("bench.csv", text.as_bytes())
 }
 
 /// The five columns with these rows.

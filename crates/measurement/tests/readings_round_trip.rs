@@ -3,8 +3,8 @@
 use crate::specimen_tables::line_in;
 use proptest::prelude::*;
 use stiffbench_measurement::readings::{
-    Column, DecimalSign, Delimiter, ReadOptions, Reading, ReadingStatus, ReadingTable, ReadingText,
-    RunNumbers, TableError, read_readings, write_readings,
+    Column, Reading, ReadingStatus, ReadingTable, ReadingText, RunNumbers, TableError,
+    read_readings, write_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -158,7 +158,7 @@ fn written(table: &ReadingTable) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8]) -> Result<ReadingTable, TableError> {
-    read_readings("t.csv", bytes, &ReadOptions::default())
+    read_readings("t.csv", bytes)
 }
 
 /// Readings without the lines they stand on.
@@ -264,11 +264,6 @@ proptest! {
     #[test]
     fn pieces_of_tables_are_answered(bytes in nearly_a_table()) {
         assert_answered(read(&bytes));
-        let options = ReadOptions {
-            delimiter: Some(Delimiter::Semicolon),
-            decimal: Some(DecimalSign::Comma),
-        };
-        assert_answered(read_readings("t.csv", &bytes[..], &options));
     }
 }
 

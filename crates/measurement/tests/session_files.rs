@@ -5,8 +5,8 @@ use std::fs;
 use jiff::civil::date;
 use miette::Diagnostic;
 use stiffbench_measurement::readings::{
-    Column, LoadOrder, ReadOptions, ReadSession, ReadingStatus, ReadingTable, RepeatOrder,
-    SessionFileError, SessionHeader, ZeroScope, read_readings, write_readings,
+    Column, LoadOrder, ReadSession, ReadingStatus, ReadingTable, RepeatOrder, SessionFileError,
+    SessionHeader, ZeroScope, read_readings, write_readings,
 };
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -18,8 +18,7 @@ fn fixture(name: &str) -> Vec<u8> {
 }
 
 fn table(name: &str) -> ReadingTable {
-    read_readings(name, &fixture(name)[..], &ReadOptions::default())
-        .expect("the fixture is a table")
+    read_readings(name, &fixture(name)[..]).expect("the fixture is a table")
 }
 
 fn header(name: &str) -> ReadSession {

@@ -13,8 +13,8 @@ use super::pairs::are_all_equal;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{bad_value, branch, direction, meanings, texts};
 use crate::readings::{
-    FileCell, PoseJoints, ReadOptions, ReadingTable, TableError, absent_columns, are_one_load,
-    decimal, read_readings,
+    FileCell, PoseJoints, ReadingTable, TableError, absent_columns, are_one_load, decimal,
+    read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use crate::table_files::OWN_COLUMNS;
@@ -484,8 +484,7 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
     let bytes = output
         .into_inner()
         .map_err(|error| TableError::not_written(error.into_error().into()))?;
-    let options = ReadOptions::default();
-    read_readings(&draft.table.source, bytes.as_slice(), &options)
+    read_readings(&draft.table.source, bytes.as_slice())
 }
 
 /// The mapping with what was guessed.

@@ -5,7 +5,7 @@ use std::io::Read;
 
 use super::columns::{LoadCaseColumns, NumberColumn};
 use super::table::{LoadAxes, LoadCase, LoadCaseTable, VectorQuantity};
-use crate::readings::{ReadOptions, ReadingStatus, RecordTable, TableError};
+use crate::readings::{ReadingStatus, RecordTable, TableError};
 use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -20,13 +20,8 @@ use stiffbench_units_and_text::test_point::PoseId;
 ///
 /// # Errors
 /// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_load_cases(
-    source: &str,
-    input: impl Read,
-    options: &ReadOptions,
-) -> Result<LoadCaseTable, TableError> {
-    let mut text = RecordTable::open(source, input, *options)?;
-    text.next_header()?;
+pub fn read_load_cases(source: &str, input: impl Read) -> Result<LoadCaseTable, TableError> {
+    let mut text = RecordTable::open(source, input)?;
     let columns = LoadCaseColumns::read(&text)?;
     let mut reader = LoadCaseReader::default();
     while text.next_record()? {

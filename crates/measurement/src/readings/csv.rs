@@ -8,13 +8,15 @@ use super::error::TableError;
 use super::header::ColumnHeader;
 use super::row::RowReader;
 use super::table::ReadingTable;
-use super::text_table::{ReadOptions, RecordTable};
+use super::text_table::RecordTable;
+use super::vector_table::{are_of_vectors, read_vectors};
 
 /// Readings from a table.
 ///
 /// Accepted are the columns of `readings.csv` in any order, of which pose, direction, repeat, force and displacement must be there; the
 /// delimiters `,` `;` and tab; decimal point or comma; UTF-8 and, behind a byte order mark, UTF-16; comment lines that start with `#`;
-/// any unit of the column's kind in the column's name. What was decided on the way stands in [`ReadingTable::assumptions`].
+/// any unit of the column's kind in the column's name. A table of a session with gauges along the base axes has a reading for each gauge
+/// under each load. What was decided on the way stands in [`ReadingTable::assumptions`].
 ///
 /// # Arguments
 /// - `source`: the name of the input, for messages.
@@ -22,13 +24,12 @@ use super::text_table::{ReadOptions, RecordTable};
 ///
 /// # Errors
 /// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_readings(
-    source: &str,
-    input: impl Read,
-    options: &ReadOptions,
-) -> Result<ReadingTable, TableError> {
-    let mut text = RecordTable::open(source, input, *options)?;
-    let header = ColumnHeader::read(&mut text)?;
+pub fn read_readings(source: &str, input: impl Read) -> Result<ReadingTable, TableError> {
+    let mut text = RecordTable::open(source, input)?;
+    if are_of_vectors(&text.names) {
+        return read_vectors(text);
+    }
+    let header = ColumnHeader::read(&text)?;
     let mut reader = RowReader::new(&header);
     while text.next_record()? {
         reader.take(&mut text)?;

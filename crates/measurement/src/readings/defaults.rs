@@ -204,10 +204,10 @@ pub(super) mod tests {
     use std::fmt::Write as _;
 
     use super::*;
-    use crate::readings::{ReadOptions, read_readings};
+    use crate::readings::read_readings;
 
     pub(in crate::readings) fn read(text: &str) -> ReadingTable {
-        read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
+        read_readings("t.csv", text.as_bytes()).unwrap()
     }
 
     /// One run of these forces, in a table of five columns.
@@ -319,7 +319,7 @@ pub(super) mod tests {
         assert!(!assumes(&table, &absent(Column::Time)));
         let local =
             "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
-        let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();
+        let error = read_readings("t.csv", local.as_bytes()).unwrap_err();
         assert_eq!(error.code, "stiffbench::readings::bad_value");
         let expected = "t.csv, line 2, column `utc`: `8/14/2026 10:46 AM`, expected a time";
         assert!(error.to_string().starts_with(expected), "{error}");
@@ -329,7 +329,7 @@ pub(super) mod tests {
     fn half_a_column_is_an_error() {
         let text =
             "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,0\nP1,x,1,10,1,\n";
-        let error = read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
+        let error = read_readings("t.csv", text.as_bytes()).unwrap_err();
         assert_eq!(error.code, "stiffbench::readings::missing_value");
         let expected = "t.csv, line 3, column `step`: nothing, expected a number";
         assert!(error.to_string().starts_with(expected), "{error}");

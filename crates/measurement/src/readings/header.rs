@@ -18,9 +18,15 @@ pub(super) struct ColumnHeader {
 }
 
 impl ColumnHeader {
-    /// Reads the header of a table.
-    pub(super) fn read(text: &mut RecordTable<'_>) -> Result<Self, TableError> {
-        text.next_header()?;
+    /// The header of a table that has all columns of readings along the load.
+    pub(super) fn read(text: &RecordTable<'_>) -> Result<Self, TableError> {
+        let (header, without_unit) = Self::find(text)?;
+        header.check_required(text, &without_unit)?;
+        Ok(header)
+    }
+
+    /// The columns that a table has, and those that lack a unit.
+    pub(super) fn find(text: &RecordTable<'_>) -> Result<(Self, Vec<(Column, usize)>), TableError> {
         let mut header = Self {
             places: [None; Column::ALL.len()],
             unused: Vec::new(),
@@ -45,8 +51,7 @@ impl ColumnHeader {
                 NamedColumn::Unknown => header.unused.push(index),
             }
         }
-        header.check_required(text, &without_unit)?;
-        Ok(header)
+        Ok((header, without_unit))
     }
 
     fn check_required(
@@ -167,12 +172,11 @@ fn wrong_unit(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::ReadOptions;
     use miette::Diagnostic;
 
     fn header(names: &str) -> Result<ColumnHeader, TableError> {
-        let mut text = RecordTable::open("t.csv", names.as_bytes(), ReadOptions::default())?;
-        ColumnHeader::read(&mut text)
+        let text = RecordTable::open("t.csv", names.as_bytes())?;
+        ColumnHeader::read(&text)
     }
 
     #[test]

@@ -38,7 +38,6 @@ pub use joint_values::{JointColumn, JointUnit, PoseJoints};
 pub use number::DecimalSign;
 pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
-pub use rows::Delimiter;
 pub use session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
     OverdueGauge, ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA,
@@ -46,8 +45,7 @@ pub use session_file::{
 };
 pub use since_zero::SinceZero;
 pub use table::{FieldRow, FileFields, ReadingTable, RunKey, RunNumbers, check_poses};
-pub use text_table::ReadOptions;
-pub use vector_table::{is_readings_header, is_vector_table, read_vector_readings};
+pub use vector_table::{is_readings_header, is_vector_table};
 pub use write::{WrittenRows, write_readings, write_rows};
 
 // What reads any table of numbers, for readers of other tables.

@@ -134,10 +134,10 @@ pub(super) fn note_repeated_rows(table: &mut ReadingTable) {
 mod tests {
     use super::*;
     use crate::readings::defaults::tests::assumes;
-    use crate::readings::{ReadOptions, read_readings};
+    use crate::readings::read_readings;
 
     fn read(text: &str) -> Result<ReadingTable, TableError> {
-        read_readings("t.csv", text.as_bytes(), &ReadOptions::default())
+        read_readings("t.csv", text.as_bytes())
     }
 
     const HEADER: &str = "seq,pose,direction,repeat,force_N,displacement_um,step,hold_s,status\n";

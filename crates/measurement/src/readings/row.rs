@@ -46,10 +46,6 @@ impl<'a> RowReader<'a> {
     /// Adds the reading of the current record.
     pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), TableError> {
         self.check_session(table)?;
-        if self.origin.is_none() {
-            let origin = self.text(table, Column::Origin);
-            self.origin = origin.filter(|origin| !origin.is_empty());
-        }
         let pose = self.pose(table)?;
         let direction = self.direction(table)?;
         let repeat = self.repeat(table)?;
@@ -57,34 +53,55 @@ impl<'a> RowReader<'a> {
         let zero = self.text(table, Column::Zero);
         let run = self.runs.number(&pose, direction, repeat, run.as_deref());
         let zero = self.zeros.number(&pose, direction, repeat, zero.as_deref());
-        let seq = self.count(table, Column::Seq)?;
-        let step = self.count(table, Column::Step)?;
-        let attempt = self.count(table, Column::Attempt)?;
         let reading = Reading {
-            line: table.line,
-            seq: seq.unwrap_or(self.readings.len() as u32 + 1),
-            pose,
             direction,
-            load: None,
-            branch: self.branch(table)?,
-            step: step.unwrap_or(0),
-            repeat,
-            attempt: attempt.unwrap_or(1),
             run,
             zero,
-            status: self.status(table)?,
-            target_n: self.number(table, Column::Target)?.unwrap_or(0.0),
             force_n: self.required_number(table, Column::Force)?,
             displacement_m: self.required_number(table, Column::Displacement)?,
-            time_s: self.number(table, Column::Time)?,
-            hold_s: self.number(table, Column::Hold)?,
-            temperature_deg_c: self.number(table, Column::Temperature)?,
-            text: None,
+            ..self.common(table, pose, repeat)?
         };
         let text = self.texts(table)?;
         let reading = Reading { text, ..reading };
         self.readings.push(reading);
         Ok(())
+    }
+
+    /// What the readings of the current record have in common: all but direction, run, zero, force, displacement and texts.
+    pub(super) fn common(
+        &mut self,
+        table: &mut RecordTable<'_>,
+        pose: PoseId,
+        repeat: u32,
+    ) -> Result<Reading, TableError> {
+        if self.origin.is_none() {
+            let origin = self.text(table, Column::Origin);
+            self.origin = origin.filter(|origin| !origin.is_empty());
+        }
+        let seq = self.count(table, Column::Seq)?;
+        let step = self.count(table, Column::Step)?;
+        let attempt = self.count(table, Column::Attempt)?;
+        Ok(Reading {
+            line: table.line,
+            seq: seq.unwrap_or(self.readings.len() as u32 + 1),
+            pose,
+            direction: Direction::X,
+            load: None,
+            branch: self.branch(table)?,
+            step: step.unwrap_or(0),
+            repeat,
+            attempt: attempt.unwrap_or(1),
+            run: 0,
+            zero: 0,
+            status: self.status(table)?,
+            target_n: self.number(table, Column::Target)?.unwrap_or(0.0),
+            force_n: 0.0,
+            displacement_m: 0.0,
+            time_s: self.number(table, Column::Time)?,
+            hold_s: self.number(table, Column::Hold)?,
+            temperature_deg_c: self.number(table, Column::Temperature)?,
+            text: None,
+        })
     }
 
     fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), TableError> {
@@ -141,12 +158,12 @@ impl<'a> RowReader<'a> {
         self.header.place(column).map(|(index, _)| index)
     }
 
-    fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
+    pub(super) fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
         let field = self.noted(table, column)?;
         Some(table.text(field).into_owned())
     }
 
-    fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, TableError> {
+    pub(super) fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, TableError> {
         let Some(name) = self.noted(table, Column::Pose) else {
             return Err(self.missing(table, Column::Pose, "the name of a pose"));
         };
@@ -184,7 +201,7 @@ impl<'a> RowReader<'a> {
         repeat.ok_or_else(|| self.missing(table, Column::Repeat, "a whole number from 1"))
     }
 
-    fn count(
+    pub(super) fn count(
         &mut self,
         table: &RecordTable<'_>,
         column: Column,
@@ -218,7 +235,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// The texts of a reading, if there are any; the instruments' own are kept with the blanks around them.
-    fn texts(
+    pub(super) fn texts(
         &mut self,
         table: &mut RecordTable<'_>,
     ) -> Result<Option<Box<ReadingText>>, TableError> {

@@ -10,7 +10,7 @@ use super::error::{TableError, line_of};
 
 /// The sign between fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Delimiter {
+pub(super) enum Delimiter {
     /// `,`
     Comma,
     /// `;`
@@ -81,12 +81,8 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Finds the header and, unless `delimiter` is given, how its fields are delimited.
-    pub(super) fn open(
-        file: &str,
-        input: impl Read + 'a,
-        delimiter: Option<Delimiter>,
-    ) -> Result<Self, TableError> {
+    /// Finds the header and how its fields are delimited.
+    pub(super) fn open(file: &str, input: impl Read + 'a) -> Result<Self, TableError> {
         let input = Utf8Source::new(input).map_err(|error| input_error(file, 0, error))?;
         if input.is_spreadsheet {
             return Err(TableError::new(
@@ -101,7 +97,7 @@ impl<'a> Rows<'a> {
             file: file.to_owned(),
             input,
             parser: csv_core::Reader::new(),
-            delimiter: delimiter.unwrap_or(Delimiter::Comma),
+            delimiter: Delimiter::Comma,
             line: Vec::new(),
             lines_taken: 0,
             header_pending: false,
@@ -112,7 +108,7 @@ impl<'a> Rows<'a> {
             blank: Vec::new(),
             comments: Vec::new(),
         };
-        rows.find_header(delimiter)?;
+        rows.find_header()?;
         rows.parser = csv_core::ReaderBuilder::new()
             .delimiter(rows.delimiter.byte())
             .terminator(csv_core::Terminator::Any(b'\n'))
@@ -120,8 +116,8 @@ impl<'a> Rows<'a> {
         Ok(rows)
     }
 
-    fn find_header(&mut self, delimiter: Option<Delimiter>) -> Result<(), TableError> {
-        let mut told = delimiter;
+    fn find_header(&mut self) -> Result<(), TableError> {
+        let mut told = None;
         while self.take_line()? {
             if self.line.contains(&0) {
                 return Err(self.not_text());
@@ -331,7 +327,7 @@ mod tests {
     use super::*;
 
     fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, TableError> {
-        let mut rows = Rows::open("t.csv", text.as_bytes(), None)?;
+        let mut rows = Rows::open("t.csv", text.as_bytes())?;
         let mut records = Vec::new();
         while let Some(line) = rows.next_record()? {
             let fields = (0..rows.len()).map(|i| text_of(rows.field(i)).0.into_owned());
@@ -354,14 +350,14 @@ mod tests {
 
     #[test]
     fn what_is_passed_over_is_listed() {
-        let mut rows = Rows::open("t.csv", &b"pose;note\n#x\n;;\n\nP1;a\n"[..], None).unwrap();
+        let mut rows = Rows::open("t.csv", &b"pose;note\n#x\n;;\n\nP1;a\n"[..]).unwrap();
         while rows.next_record().unwrap().is_some() {}
         assert_eq!((rows.blank, rows.comments), (vec![3, 4], vec![2]));
     }
 
     #[test]
     fn delimiters_are_recognised() {
-        let delimiter = |text: &str| Rows::open("t", text.as_bytes(), None).unwrap().delimiter();
+        let delimiter = |text: &str| Rows::open("t", text.as_bytes()).unwrap().delimiter();
         assert_eq!(delimiter("pose,direction"), Delimiter::Comma);
         assert_eq!(delimiter("pose;direction;force_N"), Delimiter::Semicolon);
         assert_eq!(delimiter("pose\tdirection"), Delimiter::Tab);
@@ -401,7 +397,7 @@ mod tests {
     #[test]
     fn broken_utf16_is_no_text() {
         for broken in [&b"\xFF\xFEa\0\n\0b"[..], b"\xFF\xFEa\0\n\0\x00\xD8b\0"] {
-            let error = Rows::open("t.csv", broken, None).and_then(|mut rows| {
+            let error = Rows::open("t.csv", broken).and_then(|mut rows| {
                 rows.next_record()?;
                 rows.next_record()
             });
@@ -413,14 +409,14 @@ mod tests {
     #[test]
     fn spreadsheets_are_named() {
         for bytes in [&b"PK\x03\x04\x14\0"[..], b"\xD0\xCF\x11\xE0\xA1\xB1"] {
-            let Err(error) = Rows::open("t.xlsx", bytes, None) else {
+            let Err(error) = Rows::open("t.xlsx", bytes) else {
                 panic!("{bytes:?}");
             };
             assert_eq!(error.code, "stiffbench::readings::spreadsheet");
             let help = miette::Diagnostic::help(&error).unwrap().to_string();
             assert!(help.contains("stiffbench import FILE"), "{help}");
         }
-        assert!(Rows::open("t.csv", &b"PK,b\n1,2\n"[..], None).is_ok());
+        assert!(Rows::open("t.csv", &b"PK,b\n1,2\n"[..]).is_ok());
     }
 
     #[test]

@@ -9,20 +9,11 @@ use std::io::Read;
 use super::encoding::Encoding;
 use super::error::{FileCell, TableError, line_of};
 use super::formula::unescape_formula;
-use super::number::{Conversion, DecimalSign, NumberFault, NumberReader, read_count};
+use super::number::{Conversion, NumberFault, NumberReader, read_count};
 use super::reading::{BRANCH_WORDS, ReadingStatus, STATUS_WORDS, meaning_of};
 use super::rows::{Delimiter, Rows, text_of};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::test_point::Branch;
-
-/// What the caller knows about a file; the rest is found from the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReadOptions {
-    /// The sign between fields.
-    pub delimiter: Option<Delimiter>,
-    /// The decimal sign of the numbers.
-    pub decimal: Option<DecimalSign>,
-}
 
 /// The error for a field without a value.
 pub(super) fn missing_value(cell: &FileCell, expected: &str) -> TableError {
@@ -45,8 +36,7 @@ pub(super) fn bad_value(cell: &FileCell, expected: &str) -> TableError {
 /// A table that is read record by record.
 pub(crate) struct RecordTable<'a> {
     rows: Rows<'a>,
-    told: ReadOptions,
-    /// Line of the column names; 0 before they were read.
+    /// Line of the column names.
     pub(crate) header_line: u32,
     /// Column names as they stand in the file, without blanks around them.
     pub(crate) names: Vec<String>,
@@ -58,47 +48,30 @@ pub(crate) struct RecordTable<'a> {
 }
 
 impl<'a> RecordTable<'a> {
-    /// Opens a table, of which nothing but encoding and delimiter is known yet.
-    pub(crate) fn open(
-        file: &str,
-        input: impl Read + 'a,
-        told: ReadOptions,
-    ) -> Result<Self, TableError> {
-        Ok(Self {
-            rows: Rows::open(file, input, told.delimiter)?,
-            told,
+    /// Opens a table and takes its first record for the column names.
+    pub(crate) fn open(file: &str, input: impl Read + 'a) -> Result<Self, TableError> {
+        let mut text = Self {
+            rows: Rows::open(file, input)?,
             header_line: 0,
             names: Vec::new(),
             line: 0,
             other_encoding: Cell::new(None),
-            numbers: NumberReader::new(told.decimal),
-        })
+            numbers: NumberReader::new(None),
+        };
+        text.header_line = text.rows.next_record()?.ok_or_else(|| text.rows.empty())?;
+        let name = |index| text_of(text.rows.field(index)).0.trim().to_owned();
+        text.names = (0..text.rows.len()).map(name).collect();
+        Ok(text)
     }
 
     /// The names in the first record of a table; none of a text that is no table.
     pub(crate) fn names_of(bytes: &[u8]) -> Vec<String> {
-        let names = || -> Result<Vec<String>, TableError> {
-            let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
-            text.next_header()?;
-            Ok(text.names)
-        };
-        names().unwrap_or_default()
+        RecordTable::open("", bytes).map_or_else(|_| Vec::new(), |text| text.names)
     }
 
     /// The input, as the caller named it.
     pub(crate) fn file(&self) -> String {
         self.rows.file().to_owned()
-    }
-
-    /// Takes the next record for the column names.
-    pub(crate) fn next_header(&mut self) -> Result<(), TableError> {
-        let Some(line) = self.rows.next_record()? else {
-            return Err(self.rows.empty());
-        };
-        self.header_line = line;
-        let name = |index| text_of(self.rows.field(index)).0.trim().to_owned();
-        self.names = (0..self.rows.len()).map(name).collect();
-        Ok(())
     }
 
     /// A line of the file, for messages.
@@ -320,18 +293,14 @@ impl<'a> RecordTable<'a> {
     /// What was taken for granted of the text itself.
     pub(crate) fn assumptions(&self) -> Vec<String> {
         let delimiter = self.rows.delimiter();
-        let other_delimiter = self.told.delimiter.is_none() && delimiter != Delimiter::Comma;
+        let other_delimiter = delimiter != Delimiter::Comma;
         let encoding = match self.rows.encoding() {
             Encoding::Plain => None,
             Encoding::Utf8Marked => Some("a byte order mark was taken off"),
             Encoding::Utf16 => Some("the text is UTF-16"),
         };
         let line_ends = self.rows.lone_carriage_return();
-        let comma = match (self.told.decimal, self.numbers.decimal_comma()) {
-            (Some(DecimalSign::Comma), _) => Some("numbers have a decimal comma".to_owned()),
-            (_, Some(line)) => Some(format!("numbers have a decimal comma, as in line {line}")),
-            _ => None,
-        };
+        let comma = self.numbers.decimal_comma();
         [
             encoding.map(str::to_owned),
             line_ends.then(|| "lines end with a carriage return".to_owned()),
@@ -339,7 +308,7 @@ impl<'a> RecordTable<'a> {
             self.other_encoding.get().map(|line| {
                 format!("text that is not UTF-8 was taken as ISO 8859-1, first in line {line}")
             }),
-            comma,
+            comma.map(|line| format!("numbers have a decimal comma, as in line {line}")),
         ]
         .into_iter()
         .flatten()
