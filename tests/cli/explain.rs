@@ -44,6 +44,7 @@ fn codes(text: &str) -> Vec<String> {
         "code(stiffbench::",
         "Box::new(\"stiffbench::",
         "TableError::new(\"stiffbench::",
+        "ProcedureProblem::new(\"stiffbench::",
         ".refused(\"stiffbench::",
         "code: \"stiffbench::",
     ] {

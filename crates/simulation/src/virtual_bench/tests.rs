@@ -128,9 +128,7 @@ fn a_plan_without_loads_or_a_noise_below_zero_is_refused() {
     };
     assert!(matches!(
         bench.run(&procedure, "s", 0),
-        Err(BenchError::Procedure(ProcedureProblem::Empty {
-            key: "loads"
-        }))
+        Err(BenchError::Procedure(problem)) if problem.key == "loads"
     ));
     let error = bench.run(&sweeps(&["P9"]), "s", 0).unwrap_err();
     assert!(matches!(error, BenchError::Robot(_)), "{error}");
