@@ -38,6 +38,7 @@ pub use joint_values::{JointColumn, JointUnit, PoseJoints};
 pub use number::DecimalSign;
 pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
+pub use rows::FieldDelimiter;
 pub use session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
     OverdueGauge, ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA,

@@ -1,59 +1,68 @@
 //! Lines to records: delimiter, quotes, comments, blank lines, each with the right line number.
 
+use std::fmt;
 use std::io::Read;
 
 use csv_core::ReadRecordResult;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::column::{NamedColumn, understand};
 use super::encoding::{Encoding, Utf8Source};
 use super::error::{TableError, line_of};
 
-/// The sign between fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Delimiter {
-    /// `,`
-    Comma,
-    /// `;`
-    Semicolon,
+/// What delimits the fields of a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FieldDelimiter {
     /// A tab.
     Tab,
+    /// `;`
+    Semicolon,
+    /// `,`
+    Comma,
+    /// One or more blanks or tabs.
+    Blanks,
 }
 
-impl Delimiter {
-    /// Those a header is tried with, in order of preference.
-    const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
+impl FieldDelimiter {
+    /// All, in the order in which a table of another program is tried with them.
+    pub(crate) const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
 
-    fn byte(self) -> u8 {
-        match self {
-            Self::Comma => b',',
-            Self::Semicolon => b';',
-            Self::Tab => b'\t',
-        }
-    }
+    /// Those a header of readings is tried with, in order of preference.
+    const OF_READINGS: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
 
-    pub(super) fn word(self) -> &'static str {
+    /// The sign between two fields; `None` for blanks, of which there may be several.
+    pub(crate) fn sign(self) -> Option<char> {
         match self {
-            Self::Comma => "comma",
-            Self::Semicolon => "semicolon",
-            Self::Tab => "tab",
+            Self::Tab => Some('\t'),
+            Self::Semicolon => Some(';'),
+            Self::Comma => Some(','),
+            Self::Blanks => None,
         }
     }
 
     /// The delimiter under which most names of a header are understood; with none understood, the one that splits it most.
     fn of_header(header: &str) -> Self {
         let score = |delimiter: &Self| {
-            let names = header.split(char::from(delimiter.byte()));
+            let names = header.split(delimiter.sign().unwrap_or(','));
             let understood = names
                 .clone()
                 .filter(|name| understand(name.trim().trim_matches('"')) != NamedColumn::Unknown);
             (understood.count(), names.count())
         };
         // The last maximum wins in max_by_key, hence the reversal: with equal scores the comma is taken.
-        Self::ALL
+        Self::OF_READINGS
             .into_iter()
             .rev()
             .max_by_key(score)
             .unwrap_or(Self::Comma)
+    }
+}
+
+impl fmt::Display for FieldDelimiter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -65,7 +74,7 @@ pub(super) struct Rows<'a> {
     file: String,
     input: Utf8Source<'a>,
     parser: csv_core::Reader,
-    delimiter: Delimiter,
+    delimiter: FieldDelimiter,
     /// The line being worked on, with its line end.
     line: Vec<u8>,
     lines_taken: u32,
@@ -97,7 +106,7 @@ impl<'a> Rows<'a> {
             file: file.to_owned(),
             input,
             parser: csv_core::Reader::new(),
-            delimiter: Delimiter::Comma,
+            delimiter: FieldDelimiter::Comma,
             line: Vec::new(),
             lines_taken: 0,
             header_pending: false,
@@ -109,8 +118,10 @@ impl<'a> Rows<'a> {
             comments: Vec::new(),
         };
         rows.find_header()?;
+        let sign = rows.delimiter.sign();
+        let sign = sign.and_then(|sign| u8::try_from(sign).ok());
         rows.parser = csv_core::ReaderBuilder::new()
-            .delimiter(rows.delimiter.byte())
+            .delimiter(sign.unwrap_or(b','))
             .terminator(csv_core::Terminator::Any(b'\n'))
             .build();
         Ok(rows)
@@ -128,17 +139,17 @@ impl<'a> Rows<'a> {
             let header = text_of(&self.line).0;
             // Spreadsheets understand a first line `sep=;`.
             if let Some(sign) = header.trim_ascii().strip_prefix("sep=") {
-                let named = Delimiter::ALL
+                let named = FieldDelimiter::OF_READINGS
                     .into_iter()
-                    .find(|known| sign.as_bytes() == [known.byte()]);
+                    .find(|known| known.sign().is_some_and(|known| sign == known.to_string()));
                 if named.is_some() || sign.is_empty() {
                     // A tab is trimmed away with the blanks around the line.
-                    told = told.or(named).or(Some(Delimiter::Tab));
+                    told = told.or(named).or(Some(FieldDelimiter::Tab));
                     self.comments.push(self.lines_taken);
                     continue;
                 }
             }
-            self.delimiter = told.unwrap_or_else(|| Delimiter::of_header(&header));
+            self.delimiter = told.unwrap_or_else(|| FieldDelimiter::of_header(&header));
             self.header_pending = true;
             return Ok(());
         }
@@ -172,7 +183,7 @@ impl<'a> Rows<'a> {
         )
     }
 
-    pub(super) fn delimiter(&self) -> Delimiter {
+    pub(super) fn delimiter(&self) -> FieldDelimiter {
         self.delimiter
     }
 
@@ -358,15 +369,18 @@ mod tests {
     #[test]
     fn delimiters_are_recognised() {
         let delimiter = |text: &str| Rows::open("t", text.as_bytes()).unwrap().delimiter();
-        assert_eq!(delimiter("pose,direction"), Delimiter::Comma);
-        assert_eq!(delimiter("pose;direction;force_N"), Delimiter::Semicolon);
-        assert_eq!(delimiter("pose\tdirection"), Delimiter::Tab);
-        assert_eq!(delimiter("sep=;\na,b"), Delimiter::Semicolon);
-        assert_eq!(delimiter("pose"), Delimiter::Comma);
+        assert_eq!(delimiter("pose,direction"), FieldDelimiter::Comma);
+        assert_eq!(
+            delimiter("pose;direction;force_N"),
+            FieldDelimiter::Semicolon
+        );
+        assert_eq!(delimiter("pose\tdirection"), FieldDelimiter::Tab);
+        assert_eq!(delimiter("sep=;\na,b"), FieldDelimiter::Semicolon);
+        assert_eq!(delimiter("pose"), FieldDelimiter::Comma);
         // The comma stands in a name here; the names are understood only when split at the semicolon.
         assert_eq!(
             delimiter("pose;force_N;note, free, text"),
-            Delimiter::Semicolon
+            FieldDelimiter::Semicolon
         );
     }
 

@@ -11,7 +11,7 @@ use super::error::{FileCell, TableError, line_of};
 use super::formula::unescape_formula;
 use super::number::{Conversion, NumberFault, NumberReader, read_count};
 use super::reading::{BRANCH_WORDS, ReadingStatus, STATUS_WORDS, meaning_of};
-use super::rows::{Delimiter, Rows, text_of};
+use super::rows::{FieldDelimiter, Rows, text_of};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -293,7 +293,7 @@ impl<'a> RecordTable<'a> {
     /// What was taken for granted of the text itself.
     pub(crate) fn assumptions(&self) -> Vec<String> {
         let delimiter = self.rows.delimiter();
-        let other_delimiter = delimiter != Delimiter::Comma;
+        let other_delimiter = delimiter != FieldDelimiter::Comma;
         let encoding = match self.rows.encoding() {
             Encoding::Plain => None,
             Encoding::Utf8Marked => Some("a byte order mark was taken off"),
@@ -304,7 +304,7 @@ impl<'a> RecordTable<'a> {
         [
             encoding.map(str::to_owned),
             line_ends.then(|| "lines end with a carriage return".to_owned()),
-            other_delimiter.then(|| format!("fields are delimited by a {}", delimiter.word())),
+            other_delimiter.then(|| format!("fields are delimited by a {delimiter}")),
             self.other_encoding.get().map(|line| {
                 format!("text that is not UTF-8 was taken as ISO 8859-1, first in line {line}")
             }),
