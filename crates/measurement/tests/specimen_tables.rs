@@ -213,7 +213,7 @@ fn incomplete_rows_are_listed() {
 
 #[test]
 fn foreign_tables_are_understood_and_it_is_said() {
-    let layout_of = |table: &SpecimenTable| table.assumptions[0].to_string();
+    let layout_of = |table: &SpecimenTable| table.assumptions[0].clone();
     let table = read("\u{feff}F_N;d_um\n0,5;1,25\n").unwrap();
     assert_eq!(table.readings[0].displacement, 1.25e-6);
     assert_eq!(

@@ -109,7 +109,7 @@ fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &Gaug
             let other = opposite[index];
             work.flags.push(Flag::new(
                 "force-sign",
-                other as f64,
+                f64::from(other),
                 format!(
                     "{other} of {n} forces at {target_n} N have the other sign: check the polarity of the force gauge"
                 ),
