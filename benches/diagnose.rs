@@ -19,7 +19,7 @@ use stiffbench::mismatch::{Observations, RobotBaseline, SearchOptions, Verdict, 
 use stiffbench::parameters::ParameterChoice;
 use stiffbench::physics::{ActingPhysics, Effect};
 use stiffbench::procedure::Procedure;
-use stiffbench::readings::{ReadOptions, SessionHeader, read_readings};
+use stiffbench::readings::{SessionHeader, read_readings};
 use stiffbench::robot::{Pose, Robot};
 use stiffbench::shipped::shipped_procedure;
 use stiffbench::shipped::shipped_robot;
@@ -84,7 +84,7 @@ fn recorded(criterion: &mut Criterion) {
         .factor_set(header.factors.as_deref().unwrap())
         .unwrap();
     let readings = text("readings.csv");
-    let table = read_readings("readings.csv", readings.as_bytes(), &ReadOptions::default());
+    let table = read_readings("readings.csv", readings.as_bytes());
     let observations = Observations::new(&table.unwrap(), Some(&header));
     let pose = |id| robot.pose(id).unwrap().clone();
     let poses: Vec<Pose> = observations.poses.iter().map(pose).collect();

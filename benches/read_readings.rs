@@ -12,7 +12,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use stiffbench::readings::{ReadOptions, read_readings};
+use stiffbench::readings::read_readings;
 
 /// Rows of the table.
 const ROWS: usize = 1_000_000;
@@ -52,7 +52,7 @@ fn read(criterion: &mut Criterion) {
         .throughput(Throughput::Elements(ROWS as u64));
     group.bench_function("one_million_rows", |bencher| {
         bencher.iter(|| {
-            read_readings("table", black_box(text.as_bytes()), &ReadOptions::default())
+            read_readings("table", black_box(text.as_bytes()))
                 .unwrap()
                 .readings
                 .len()

@@ -1,6 +1,6 @@
 //! Any bytes as a table of another program, and as a mapping: no panic, and what is imported can be written and read.
 use stiffbench::import::{ImportDraft, ImportMapping};
-use stiffbench::readings::{ReadOptions, read_readings, write_readings};
+use stiffbench::readings::{read_readings, write_readings};
 
 /// Tries some bytes; the first chooses what is stated of the table.
 pub(crate) fn run(bytes: &[u8]) {
@@ -32,8 +32,7 @@ pub(crate) fn run(bytes: &[u8]) {
     if let Ok(imported) = draft.finish("stiffbench import") {
         let mut written = Vec::new();
         write_readings(&imported.table, &mut written).expect("what was imported is finite");
-        let again = read_readings("again.csv", &written[..], &ReadOptions::default())
-            .expect("what was written can be read");
+        let again = read_readings("again.csv", &written[..]).expect("what was written can be read");
         assert_eq!(again.readings.len(), imported.table.readings.len());
         let text = imported.mapping.to_toml();
         let same = ImportMapping::from_toml("mapping.toml", &text).expect("a mapping is read back");

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::MeasuredStiffness;
-use crate::import::{ImportDraft, ImportMapping, TableImportError, VectorText};
+use crate::import::{ImportDraft, ImportMapping, VectorText};
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
-    OverdueGauge, PoseJoints, ReadOptions, Reading, ReadingTable, ReadingsError, SessionHeader,
-    is_vector_table, read_readings, read_vector_readings, write_readings,
+    OverdueGauge, PoseJoints, Reading, ReadingTable, SessionHeader, TableError, is_vector_table,
+    read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -339,7 +339,7 @@ impl LoadedSession {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
         let mut read = if of_vectors {
-            read_vector_readings(&name, text)?.into()
+            read_readings(&name, text)?.into()
         } else {
             read_or_imported(&name, &bytes, &options.columns)?
         };
@@ -347,7 +347,7 @@ impl LoadedSession {
         warnings.extend(own.into_iter().flat_map(|own| own.notes));
         // Of several gauges the notes would be on each.
         let notes = read.table.notes.iter().filter(|_| !of_vectors);
-        warnings.extend(notes.map(ToString::to_string));
+        warnings.extend(notes.cloned());
         let mut header = session_header(&folder, warnings)?;
         if !read.poses.is_empty() {
             let header = header.get_or_insert_default();
@@ -472,9 +472,9 @@ impl LoadedLoadCases {
         let scatter = options.gauges.scatter(&name)?;
         let own = own_names(&name, &bytes, options)?;
         let text = own.as_ref().map_or(&bytes[..], |own| own.text.as_bytes());
-        let table = read_load_cases(&name, text, &ReadOptions::default())?;
+        let table = read_load_cases(&name, text)?;
         let mut warnings: Vec<String> = own.into_iter().flat_map(|own| own.notes).collect();
-        warnings.extend(table.notes.iter().map(ToString::to_string));
+        warnings.extend(table.notes.iter().cloned());
         let header = session_header(&folder, &mut warnings)?;
         let overdue = check_calibration(header.as_ref(), None, options.calibration, &mut warnings)?;
         Ok(Self {
@@ -530,12 +530,9 @@ impl From<ReadingTable> for ReadTable {
 }
 
 /// Whether a table has neither force nor displacement by the names of readings.
-fn lacks_both_values(error: &ReadingsError) -> bool {
-    let ReadingsError::MissingColumn { column, others, .. } = error else {
-        return false;
-    };
+fn lacks_both_values(error: &TableError) -> bool {
     let mut values = ["force_N", "displacement_um"].iter();
-    values.all(|name| column == name || others.contains(name))
+    values.all(|name| error.missing.iter().any(|missing| missing == name))
 }
 
 /// Readings; a table that has no values by their names, or whose columns are stated, as `import` reads it.
@@ -548,7 +545,7 @@ fn read_or_imported(
     let lacking = if is_stated {
         None
     } else {
-        match read_readings(name, bytes, &ReadOptions::default()) {
+        match read_readings(name, bytes) {
             Ok(table) => return Ok(table.into()),
             Err(error) if lacks_both_values(&error) => Some(error),
             Err(error) => return Err(error.into()),
@@ -557,13 +554,13 @@ fn read_or_imported(
     let draft = ImportDraft::read(&[(name, bytes)], None, columns);
     match (draft.and_then(|draft| draft.finish("add")), lacking) {
         (Ok(imported), _) => Ok(ReadTable {
-            warnings: imported.notes.iter().map(ToString::to_string).collect(),
+            warnings: imported.notes.texts,
             table: imported.table,
             poses: imported.poses,
             is_foreign: true,
         }),
         // What is no table of another program either lacks the columns of readings.
-        (Err(error), Some(lacking)) if !matches!(error, TableImportError::Missing { .. }) => {
+        (Err(error), Some(lacking)) if error.code != "stiffbench::import::missing" => {
             Err(lacking.into())
         }
         (Err(error), _) => Err(error.into()),

@@ -392,7 +392,7 @@ pub fn diagnose_part(
     let model = PartModel::new(table, (&line, &observations), &diagnosis)?;
     let next = proposals_for_part(&line, &observations, &diagnosis)?;
     step();
-    let mut warnings: Vec<String> = table.assumptions.iter().map(ToString::to_string).collect();
+    let mut warnings = table.assumptions.clone();
     let excluded = table.excluded.to_string();
     warnings.extend((!excluded.is_empty()).then_some(excluded));
     let report = DiagnosisReport {

@@ -94,4 +94,4 @@ pub use stored::StoredResult;
 pub use subject::{RobotSubject, Subject};
 pub use together::{MarkedReading, OpenBefore, SessionShare};
 pub use unknown_springs::{UnknownSprings, stiffness_words};
-pub use vector_stiffness::{AxisValues, VectorStiffness, VectorStiffnessCell};
+pub use vector_stiffness::{AxisValues, VectorStiffnessCell};

@@ -152,7 +152,7 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
             "K is in doubt in {} of {} cells (first {cell}: {}): their flags give the reasons",
             spoiled.count(),
             table.cells.len(),
-            flag.rule()
+            flag.rule
         ));
     }
     if let Some(run_slope) = &table.run_slope

@@ -17,33 +17,11 @@ use super::data::LoadedSession;
 /// Components of a unit vector below this are none.
 const NO_COMPONENT: f64 = 1e-9;
 
-/// Compliance of the end in one pose under a load in one direction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct VectorStiffness {
-    /// The pose held.
-    pub pose: PoseId,
-    /// Name of the direction of the load.
-    pub direction: String,
-    /// The direction, a unit vector along the base axes.
-    pub unit: [f64; 3],
-    /// Number of runs.
-    pub runs: usize,
-    /// Number of readings.
-    pub readings: usize,
-    /// Largest load in size, N.
-    pub largest_n: f64,
-    /// Displacement along x, y, z per force along the load, m/N; `None` along an axis that was not read.
-    pub compliance_m_per_n: [Option<Estimate>; 3],
-    /// The same along the load; `None` where the load has a component along an axis that was not read.
-    pub along_m_per_n: Option<Estimate>,
-    /// Displacement along x, y, z at the largest load per that load from the zero of the gauges, m/N, averaged over the runs.
-    pub at_largest_m_per_n: [Option<Estimate>; 3],
-    /// The loop of the displacement along the load; `None` if no load was read in both branches, or along all axes that the load has.
-    pub hysteresis: Option<HysteresisReport>,
-}
-
 /// Metres per newton in a micrometre per newton.
 const UM_PER_N: f64 = 1e-6;
+
+/// Metres per newton in a millimetre per newton.
+const MM_PER_N: f64 = 1e-3;
 
 /// Compliance of one pose under a load in one direction.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -65,6 +43,12 @@ pub struct VectorStiffnessCell {
     /// The loop between loading and unloading of the displacement along the load; not there where no load was read in both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hysteresis: Option<HysteresisReport>,
+    /// Largest load in size, N.
+    #[serde(skip)]
+    pub largest_n: f64,
+    /// Displacement along the base axes at the largest load per that load from the zero of the gauges, averaged over the runs.
+    #[serde(skip)]
+    pub at_largest: Option<AxisValues>,
 }
 
 /// Values along the base axes.
@@ -80,28 +64,12 @@ pub struct AxisValues {
 
 impl AxisValues {
     /// Values in a unit, with the reason where there is none.
-    #[must_use]
-    pub fn new(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> Self {
+    fn new(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> Self {
         let [x, y, z] = values.map(|value| match value {
             Some(estimate) => Reported::from_estimate(&estimate, si_per_unit, unit),
             None => Reported::missing(unit, "not read along this axis"),
         });
         Self { x, y, z }
-    }
-}
-
-impl From<&VectorStiffness> for VectorStiffnessCell {
-    fn from(cell: &VectorStiffness) -> Self {
-        Self {
-            pose: cell.pose.clone(),
-            direction: cell.direction.clone(),
-            unit_vector: cell.unit,
-            runs: cell.runs,
-            readings: cell.readings,
-            compliance: AxisValues::new(&cell.compliance_m_per_n, UM_PER_N, "um/N"),
-            stiffness: stiffness_along(cell.along_m_per_n),
-            hysteresis: cell.hysteresis.clone(),
-        }
     }
 }
 
@@ -128,17 +96,17 @@ impl LoadedSession {
     ///
     /// The calibration of the gauges is not in the uncertainty.
     #[must_use]
-    pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffness> {
+    pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffnessCell> {
         let mut found = self.compliances_of(|branch| branches.include(branch));
         let of_branches = [Branch::Loading, Branch::Unloading];
         let of_branches = of_branches.map(|own| self.compliances_of(|branch| branch == own));
         for cell in &mut found {
-            let is_own = |other: &&VectorStiffness| {
+            let is_own = |other: &&VectorStiffnessCell| {
                 (&other.pose, &other.direction) == (&cell.pose, &cell.direction)
             };
             let stiffness = of_branches.each_ref().map(|all| {
                 let own = all.iter().find(is_own);
-                stiffness_along(own.and_then(|own| own.along_m_per_n))
+                own.map_or_else(|| stiffness_along(None), |own| own.stiffness.clone())
             });
             let loops = self.loop_along(cell);
             cell.hysteresis = loops.map(|found| HysteresisReport::new(&found, stiffness));
@@ -147,7 +115,7 @@ impl LoadedSession {
     }
 
     /// The loop of the displacement along a load.
-    fn loop_along(&self, cell: &VectorStiffness) -> Option<Hysteresis> {
+    fn loop_along(&self, cell: &VectorStiffnessCell) -> Option<Hysteresis> {
         let table = &self.table;
         let is_of_cell = |load: &&[Reading]| {
             let is_one = |one: &Reading| {
@@ -158,7 +126,7 @@ impl LoadedSession {
                 && load.iter().all(is_one)
         };
         let along = |load: &[Reading]| {
-            let axes = Direction::ALL.into_iter().zip(cell.unit);
+            let axes = Direction::ALL.into_iter().zip(cell.unit_vector);
             let axes = axes.filter(|(_, share)| share.abs() > NO_COMPONENT);
             let parts = axes.map(|(axis, share)| {
                 let read = load.iter().find(|one| one.direction == axis)?;
@@ -173,7 +141,11 @@ impl LoadedSession {
         let readings: Vec<Reading> = loads.map(along).collect::<Option<_>>()?;
         let readings: Vec<&Reading> = readings.iter().collect();
         let first = readings.first()?;
-        Hysteresis::of(&first.cell(), &readings, &self.gauges_along(cell.unit))
+        Hysteresis::of(
+            &first.cell(),
+            &readings,
+            &self.gauges_along(cell.unit_vector),
+        )
     }
 
     /// The force gauge, and the displacement gauge of the axis that the load has most of, as far as the session states them.
@@ -193,7 +165,7 @@ impl LoadedSession {
     }
 
     /// The compliances of some branches, without loops.
-    fn compliances_of(&self, includes: impl Fn(Branch) -> bool) -> Vec<VectorStiffness> {
+    fn compliances_of(&self, includes: impl Fn(Branch) -> bool) -> Vec<VectorStiffnessCell> {
         let mut table = self.table.clone();
         let counts = |one: &Reading| one.is_accepted() && includes(one.branch);
         table.readings.retain(counts);
@@ -242,17 +214,18 @@ impl LoadedSession {
             };
             let runs: IndexSet<u32> = loads.iter().map(|load| load[0].run).collect();
             let forces = loads.iter().map(|load| load[0].force_n.abs());
-            VectorStiffness {
+            let at_largest = at_largest(&loads, preload_n.unwrap_or(0.0));
+            VectorStiffnessCell {
                 pose: pose.clone(),
                 direction,
-                unit,
+                unit_vector: unit,
                 runs: runs.len(),
                 readings: loads.len(),
-                largest_n: forces.fold(0.0, f64::max),
-                compliance_m_per_n: [0, 1, 2].map(along_axis),
-                along_m_per_n: estimate(unit),
-                at_largest_m_per_n: at_largest(&loads, preload_n.unwrap_or(0.0)),
+                compliance: AxisValues::new(&[0, 1, 2].map(along_axis), UM_PER_N, "um/N"),
+                stiffness: stiffness_along(estimate(unit)),
                 hysteresis: None,
+                largest_n: forces.fold(0.0, f64::max),
+                at_largest: Some(AxisValues::new(&at_largest, MM_PER_N, "mm/N")),
             }
         };
         groups.into_iter().map(of_group).collect()

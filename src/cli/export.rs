@@ -191,9 +191,7 @@ fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, F
     let mut tables = vec![reading_table(&session.table, session.origin.as_deref())?];
     let mut about = provenance(&session);
     if session.table.is_of_vectors() {
-        let cells = session.compliances(branches);
-        let cells: Vec<_> = cells.iter().map(Into::into).collect();
-        tables.extend(vector_stiffness_tables(&cells));
+        tables.extend(vector_stiffness_tables(&session.compliances(branches)));
     } else {
         let table = session.stiffness(branches)?;
         tables.extend(stiffness_tables(&StiffnessReport::from(&table)));

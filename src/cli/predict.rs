@@ -7,9 +7,9 @@ use clap::Args;
 use crate::analysis::{
     Inputs, PartModelFile, check_predictable, is_dash, read_bytes, read_text, sha256, shown,
 };
+use crate::readings::TableError;
 use crate::report::PredictionReport;
-use crate::specimen::{SpecimenError, read_specimen};
-use crate::table_files::TableFileError;
+use crate::specimen::read_specimen;
 
 use super::figure_files::write_again;
 use super::{Failure, Outcome};
@@ -55,7 +55,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::default()
         .with_list(&file, &sha256(&text))
         .with_list(&name, &sha256(&bytes));
-    let notes = table.assumptions.iter().map(ToString::to_string);
+    let notes = table.assumptions.iter().cloned();
     let text = report.document();
     Ok(Outcome::new("prediction", text, report)
         .with_inputs(inputs)
@@ -64,24 +64,12 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
 }
 
 /// The columns are those of the model, which no option of this command states.
-fn of_predictions(error: SpecimenError) -> SpecimenError {
-    match error {
-        SpecimenError::Table(TableFileError::UnknownColumn {
-            at,
-            column,
-            role,
-            found,
-            ..
-        }) => TableFileError::UnknownColumn {
-            advice: format!(
-                "add the column `{column}`: the table has the columns of the diagnosed one, but for the measured values"
-            ),
-            at,
-            column,
-            role,
-            found,
-        }
-        .into(),
-        other => other,
-    }
+fn of_predictions(error: TableError) -> TableError {
+    let [column] = &error.missing[..] else {
+        return error;
+    };
+    let help = format!(
+        "add the column `{column}`: the table has the columns of the diagnosed one, but for the measured values"
+    );
+    error.with_help(help)
 }

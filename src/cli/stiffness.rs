@@ -120,7 +120,7 @@ fn not_counted(left_out: usize) -> Option<String> {
 /// The compliance along each axis of a session with several displacement gauges.
 fn of_vectors(session: LoadedSession, branches: Branches) -> Outcome {
     let cells = session.compliances(branches);
-    let report = VectorStiffnessReport::new(&cells, session.procedure());
+    let report = VectorStiffnessReport::new(cells, session.procedure());
     let inputs = Inputs::default().with_session(&session);
     let mut warnings = session.warnings;
     let loads = session.table.one_of_each_load();

@@ -166,5 +166,5 @@ pub(super) fn residuals_figure(
 
 /// Whether a flag is about one reading, and this one.
 fn flags_reading(flag: &Flag, seq: u32) -> bool {
-    matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)
+    flag.reading.is_some_and(|reading| reading.seq == seq)
 }

@@ -145,14 +145,12 @@ pub(super) fn reported(cell: &CellStiffness, method: Method) -> Reported {
 
 /// The flags of a cell, those of one rule in one line with their number.
 pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
-    let rules: IndexSet<&str> = cell.flags.iter().map(Flag::rule).collect();
+    let rules: IndexSet<&str> = cell.flags.iter().map(|flag| flag.rule).collect();
     let line = |rule: &str| {
-        let mut of_rule = cell.flags.iter().filter(|flag| flag.rule() == rule);
+        let mut of_rule = cell.flags.iter().filter(|flag| flag.rule == rule);
         let first = of_rule.next()?;
-        let place = match first {
-            Flag::Outlier { place, .. } if place.line > 0 => {
-                format!(", first in line {}", place.line)
-            }
+        let place = match first.reading {
+            Some(reading) if reading.line > 0 => format!(", first in line {}", reading.line),
             _ => ", first".to_owned(),
         };
         Some(match 1 + of_rule.count() {

@@ -5,14 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use stiffbench_document::{Document, Table};
 
-use crate::analysis::{AxisValues, VectorStiffness, VectorStiffnessCell};
+use crate::analysis::{AxisValues, VectorStiffnessCell};
 use crate::test_point::PoseId;
 
 use super::hysteresis::hysteresis_document;
 use super::text::with_u;
-
-/// Metres per newton in a millimetre per newton.
-const MM_PER_N: f64 = 1e-3;
 
 /// Name of the procedure whose table is that of ISO 9283.
 const STATIC_COMPLIANCE: &str = "iso-9283-static-compliance";
@@ -44,11 +41,19 @@ pub struct StaticComplianceRow {
 impl VectorStiffnessReport {
     /// The report on a session of a procedure.
     #[must_use]
-    pub fn new(cells: &[VectorStiffness], procedure: Option<&str>) -> Self {
-        let rows = || cells.iter().map(StaticComplianceRow::from).collect();
+    pub fn new(cells: Vec<VectorStiffnessCell>, procedure: Option<&str>) -> Self {
+        let row = |cell: &VectorStiffnessCell| {
+            Some(StaticComplianceRow {
+                pose: cell.pose.clone(),
+                direction: cell.direction.clone(),
+                force_n: cell.largest_n,
+                compliance: cell.at_largest.clone()?,
+            })
+        };
+        let rows = || cells.iter().filter_map(row).collect();
         Self {
-            cells: cells.iter().map(Into::into).collect(),
             static_compliance: (procedure == Some(STATIC_COMPLIANCE)).then(rows),
+            cells,
         }
     }
 
@@ -94,7 +99,6 @@ impl VectorStiffnessReport {
     }
 }
 
-/// The table of ISO 9283.
 /// Heads of the columns of values along the base axes, each with its expanded uncertainty.
 fn axes_with_u(unit: &str) -> impl Iterator<Item = String> {
     let axes = ["x", "y", "z"].into_iter();
@@ -105,15 +109,4 @@ fn axes_with_u(unit: &str) -> impl Iterator<Item = String> {
 fn of_axes(AxisValues { x, y, z }: &AxisValues) -> Vec<String> {
     let values = [x, y, z].into_iter();
     values.flat_map(|value| with_u(value, 4)).collect()
-}
-
-impl From<&VectorStiffness> for StaticComplianceRow {
-    fn from(cell: &VectorStiffness) -> Self {
-        Self {
-            pose: cell.pose.clone(),
-            direction: cell.direction.clone(),
-            force_n: cell.largest_n,
-            compliance: AxisValues::new(&cell.at_largest_m_per_n, MM_PER_N, "mm/N"),
-        }
-    }
 }

@@ -35,13 +35,17 @@ fn sources(folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Codes in a source, where an error has one: `code(stiffbench::…)` and texts `"stiffbench::…"` in a box.
+/// Codes in a source, where an error has one: `code(stiffbench::…)`, texts `"stiffbench::…"` in a box, and those of errors of tables.
 fn codes(text: &str) -> Vec<String> {
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let text = &lines.concat();
     let mut found = Vec::new();
     for start in [
         "code(stiffbench::",
-        "code(\n            stiffbench::",
         "Box::new(\"stiffbench::",
+        "TableError::new(\"stiffbench::",
+        "ProcedureProblem::new(\"stiffbench::",
+        ".refused(\"stiffbench::",
         "code: \"stiffbench::",
     ] {
         for (at, _) in text.match_indices(start) {

@@ -4,7 +4,7 @@ use std::fs::File;
 
 use stiffbench::load_direction::LoadDirection;
 use stiffbench::physics::{ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads};
-use stiffbench::readings::{ReadOptions, Reading, read_readings};
+use stiffbench::readings::{Reading, read_readings};
 use stiffbench::robot::Robot;
 use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::PoseId;
@@ -99,7 +99,7 @@ fn a_simulation_without_noise_is_the_prediction_of_the_laws() {
         let physics = ActingPhysics::new(&robot, mechanism, vec![effect]).unwrap();
         let mechanics = Mechanics::new(&robot, &physics.mechanism, &factors, &poses).unwrap();
         let file = File::open(desk.path(&format!("s{number}/readings.csv"))).unwrap();
-        let table = read_readings("readings.csv", file, &ReadOptions::default()).unwrap();
+        let table = read_readings("readings.csv", file).unwrap();
         let mut largest = 0.0_f64;
         for run in 0..table.runs.len() {
             let readings: Vec<&Reading> = table

@@ -8,46 +8,7 @@ use indexmap::IndexMap;
 
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
-use crate::readings::{Conversion, ReadOptions, ReadingsError, RecordTable};
-
-/// Why a list of stiffness values cannot be read.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum StiffnessListError {
-    /// A table that cannot be read, or a value that is wrong.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Table(#[from] ReadingsError),
-    /// Neither of the two forms.
-    #[error("{file}: the columns are {found}; a list of stiffness values needs {expected}")]
-    #[diagnostic(
-        code(stiffbench::fit::stiffness_list_columns),
-        help(
-            "pose, direction and stiffness_N_per_um; or pose, direction, force_N and displacement_um"
-        )
-    )]
-    Columns {
-        /// Name of the file.
-        file: String,
-        /// The columns it has.
-        found: String,
-        /// What is missing.
-        expected: &'static str,
-    },
-    /// A cell with two stiffness values.
-    #[error("{file}, line {line}: {cell} has a stiffness already")]
-    #[diagnostic(
-        code(stiffbench::fit::stiffness_list_duplicate),
-        help("keep one row a cell, or give force and displacement")
-    )]
-    Duplicate {
-        /// Name of the file.
-        file: String,
-        /// Line of the second.
-        line: u32,
-        /// The cell.
-        cell: Cell,
-    },
-}
+use crate::readings::{Conversion, RecordTable, TableError};
 
 /// The stiffness of a cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,16 +53,9 @@ pub fn is_stiffness_list(bytes: &[u8]) -> bool {
 /// Reads a list of stiffness values. Delimiters, decimal signs and encodings are those of every table of this program.
 ///
 /// # Errors
-/// [`StiffnessListError`] with file and line.
-pub fn read_stiffness_list(
-    file: &str,
-    input: &[u8],
-) -> Result<Vec<ListedStiffness>, StiffnessListError> {
-    let mut text = RecordTable::open(file, input, ReadOptions::default())?;
-    if !text.next_header()? {
-        let file = file.to_owned();
-        return Err(ReadingsError::Empty { file }.into());
-    }
+/// [`TableError`] with file and line.
+pub fn read_stiffness_list(file: &str, input: &[u8]) -> Result<Vec<ListedStiffness>, TableError> {
+    let mut text = RecordTable::open(file, input)?;
     let columns = columns(&text)?;
     let mut cells: IndexMap<Cell, CellSums> = IndexMap::new();
     while text.next_record()? {
@@ -110,7 +64,7 @@ pub fn read_stiffness_list(
         let direction = direction.map_err(|_| text.bad("direction", field, "x, y or z"))?;
         let pose = text.text(text.field(columns.pose)).into_owned();
         if pose.is_empty() {
-            return Err(text.missing("pose", "the name of a pose").into());
+            return Err(text.missing("pose", "the name of a pose"));
         }
         let cell = Cell::new(PoseId::new(&pose), direction);
         let sums = cells.entry(cell.clone()).or_insert(CellSums {
@@ -120,8 +74,7 @@ pub fn read_stiffness_list(
         sums.add(&mut text, columns.form, &cell)?;
     }
     if cells.is_empty() {
-        let (file, line) = (file.to_owned(), text.header_line);
-        return Err(ReadingsError::NoReadings { file, line }.into());
+        return Err(text.no_readings());
     }
     let listed = cells.into_iter().map(|(cell, sums)| ListedStiffness {
         line: sums.line,
@@ -132,12 +85,18 @@ pub fn read_stiffness_list(
     Ok(listed.collect())
 }
 
-fn columns(text: &RecordTable<'_>) -> Result<ListColumns, StiffnessListError> {
+fn columns(text: &RecordTable<'_>) -> Result<ListColumns, TableError> {
     let find = |name: &str| text.names.iter().position(|column| column == name);
-    let missing = |expected| StiffnessListError::Columns {
-        file: text.file(),
-        found: text.names.join(", "),
-        expected,
+    let missing = |expected| {
+        TableError::new(
+            "stiffbench::fit::stiffness_list_columns",
+            format!(
+                "{}: the columns are {}; a list of stiffness values needs {expected}",
+                text.file(),
+                text.names.join(", ")
+            ),
+            "pose, direction and stiffness_N_per_um; or pose, direction, force_N and displacement_um",
+        )
     };
     let form = match (
         find("stiffness_N_per_um"),
@@ -170,7 +129,7 @@ fn number(
     text: &mut RecordTable<'_>,
     index: usize,
     conversion: Conversion,
-) -> Result<f64, ReadingsError> {
+) -> Result<f64, TableError> {
     let number = text.number(index, conversion)?;
     number.ok_or_else(|| text.missing(&text.names[index], "a number"))
 }
@@ -180,7 +139,7 @@ fn positive(
     text: &mut RecordTable<'_>,
     index: usize,
     conversion: Conversion,
-) -> Result<f64, ReadingsError> {
+) -> Result<f64, TableError> {
     let value = number(text, index, conversion)?;
     if value > 0.0 {
         return Ok(value);
@@ -204,17 +163,17 @@ impl CellSums {
         text: &mut RecordTable<'_>,
         form: ListForm,
         cell: &Cell,
-    ) -> Result<(), StiffnessListError> {
+    ) -> Result<(), TableError> {
         const NEWTON_PER_MICROMETRE: Conversion = Conversion::Shift(6);
         const MICROMETRE: Conversion = Conversion::Shift(-6);
         match form {
             ListForm::Stiffness { value, uncertainty } => {
                 if self.displacement_squared > 0.0 {
-                    return Err(StiffnessListError::Duplicate {
-                        file: text.file(),
-                        line: text.line,
-                        cell: cell.clone(),
-                    });
+                    return Err(TableError::new(
+                        "stiffbench::fit::stiffness_list_duplicate",
+                        format!("{}: {cell} has a stiffness already", text.at(text.line)),
+                        "keep one row a cell, or give force and displacement",
+                    ));
                 }
                 self.force_displacement = positive(text, value, NEWTON_PER_MICROMETRE)?;
                 self.displacement_squared = 1.0;
@@ -235,7 +194,7 @@ impl CellSums {
                 if force_n * displacement_m <= 0.0 {
                     let expected = "a displacement in the sense of the force";
                     let field = text.field(displacement);
-                    return Err(text.bad("displacement_um", field, expected).into());
+                    return Err(text.bad("displacement_um", field, expected));
                 }
                 self.force_displacement += force_n * displacement_m;
                 self.displacement_squared += displacement_m * displacement_m;
@@ -249,7 +208,7 @@ impl CellSums {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Vec<ListedStiffness>, StiffnessListError> {
+    fn read(text: &str) -> Result<Vec<ListedStiffness>, TableError> {
         read_stiffness_list("k.csv", text.as_bytes())
     }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use miette::Diagnostic;
 
-use stiffbench_measurement::readings::{ReadingsError, WrittenRows};
+use stiffbench_measurement::readings::{TableError, WrittenRows};
 
 use super::inside::{append_inside, inside, read_inside};
 use super::journal::{Journal, JournalEnd, ReadJournal, Record, Store, read_journal, write_lines};
@@ -334,16 +334,12 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
 ///
 /// # Errors
 /// As [`write_rows`](stiffbench_measurement::readings::write_rows).
-pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
+pub fn table(state: &SessionState, output: impl Write) -> Result<(), TableError> {
     write_rows(state, output, false)
 }
 
 /// The rows of that table with their header, or the last without it; none before the first reading.
-fn write_rows(
-    state: &SessionState,
-    output: impl Write,
-    only_last: bool,
-) -> Result<(), ReadingsError> {
+fn write_rows(state: &SessionState, output: impl Write, only_last: bool) -> Result<(), TableError> {
     let rows = WrittenRows {
         of_vectors: state.is_of_vectors(),
         only_last,

@@ -6,8 +6,7 @@
 use std::collections::BTreeMap;
 
 use stiffbench_measurement::readings::{
-    ReadOptions, ReadingTable, ReadingText, ReadingsError, RunKey, read_readings,
-    read_vector_readings,
+    ReadingTable, ReadingText, RunKey, TableError, read_readings,
 };
 
 use super::folder::table as write_table;
@@ -83,19 +82,13 @@ fn numbers_and_lines(table: &ReadingTable) -> Vec<(u32, u32)> {
 /// Compares a table with the journal of its session, value by value.
 ///
 /// # Errors
-/// [`ReadingsError`] if the journal's own readings make no table.
-pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, ReadingsError> {
+/// [`TableError`] if the journal's own readings make no table.
+pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, TableError> {
     let state = SessionState::fold(&journal.records);
     // Through the same file form, so that both have been rounded alike.
     let mut bytes = Vec::new();
     write_table(&state, &mut bytes)?;
-    let name = "journal.jsonl";
-    let kept = if table.is_of_vectors() {
-        read_vector_readings(name, bytes.as_slice())
-    } else {
-        read_readings(name, bytes.as_slice(), &ReadOptions::default())
-    };
-    let kept = match kept {
+    let kept = match read_readings("journal.jsonl", bytes.as_slice()) {
         Ok(kept) => Some(kept),
         // Of a journal that was cut before the first reading.
         Err(_) if state.readings.is_empty() => None,

@@ -10,7 +10,7 @@ use crate::support::{MockBench, csv_without_times, plan, resumed, short, started
 use jiff::Timestamp;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::readings::{ReadOptions, read_readings};
+use stiffbench_measurement::readings::read_readings;
 use stiffbench_session::{
     Answers, Bell, Event, FolderError, FolderHolder, JournalEnd, Machine, Noted, Operator,
     OperatorEvent, Prompt, RunError, SessionEnd, SessionFolder, SessionInputs, SessionState,
@@ -202,7 +202,7 @@ fn a_session_stopped_and_resumed_gives_the_table_of_one_that_was_not() {
         String::from_utf8(live.clone()).unwrap(),
         String::from_utf8(rebuilt).unwrap()
     );
-    let table = read_readings("readings.csv", &live[..], &ReadOptions::default()).unwrap();
+    let table = read_readings("readings.csv", &live[..]).unwrap();
     assert_eq!(
         (
             table.accepted().count(),

@@ -6,7 +6,7 @@ use crate::support::{
 use proptest::prelude::*;
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::readings::read_vector_readings;
+use stiffbench_measurement::readings::read_readings;
 use stiffbench_session::{Event, SessionEnd, SessionState, Task, integrity, read_journal, table};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
@@ -108,7 +108,7 @@ fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal(
     let mut csv = Vec::new();
     table(&state, &mut csv).expect("every number is finite");
     let text = String::from_utf8(csv).expect("it is text");
-    let read = read_vector_readings("readings.csv", text.as_bytes()).expect("it was written");
+    let read = read_readings("readings.csv", text.as_bytes()).expect("it was written");
     let last = read.readings.last().expect("there are readings");
     let force_n = state
         .readings
@@ -129,7 +129,7 @@ fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal(
     assert!(same.changed.is_empty() && same.marks.is_empty(), "{same:?}");
     let raw = &state.readings[2].taken.gauges[1].raw;
     let changed = text.replacen(raw.as_str(), "0.999 mm", 1);
-    let read = read_vector_readings("readings.csv", changed.as_bytes()).expect("it is a table");
+    let read = read_readings("readings.csv", changed.as_bytes()).expect("it is a table");
     let found = integrity(&journal, &read).expect("it is a table");
     assert_eq!(found.changed.len(), 1, "{found:?}");
     assert_eq!(found.changed[0].column, "displacement_z_raw");

@@ -146,7 +146,7 @@ impl<'a> VirtualBench<'a> {
     }
 
     /// Follows a procedure; the same seed gives the same readings. Poses that it leaves open are all of the robot's. Gauges along base axes
-    /// give a reading each under every load, as [`read_vector_readings`](stiffbench_measurement::readings::read_vector_readings) has them.
+    /// give a reading each under every load, as [`read_readings`](stiffbench_measurement::readings::read_readings) has them.
     ///
     /// The gauge is zeroed without load: the preload of the procedure is a matter of a real contact. Every run starts virgin unless
     /// [`VirtualBench::keeping_history`] says otherwise.

@@ -11,8 +11,7 @@ use crate::analysis::{
     is_dash, read_bytes, robot_source, sha256, shown,
 };
 use crate::import::{
-    ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, MissingPart,
-    VectorText,
+    ImportDraft, ImportMapping, ImportedQuantity, ImportedReadings, MissingPart, VectorText,
 };
 use crate::procedure::Procedure;
 use crate::quantity::Kind;
@@ -75,9 +74,8 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     notes.extend(of_lines);
     notes.extend(of_poses.unwrap_or_default());
     let warnings = doubts_about_stiffness(&stiffness);
-    let in_doubt = !warnings.is_empty() || imported.notes.iter().any(ImportNote::is_doubt);
-    let of_import = imported.notes.iter().map(ToString::to_string);
-    notes.extend(of_import.chain(warnings));
+    let in_doubt = !warnings.is_empty() || imported.notes.are_doubtful;
+    notes.extend(imported.notes.texts.iter().cloned().chain(warnings));
     let poses = imported.table.poses();
     let report = ImportReport {
         folder: args.out.clone(),

@@ -11,9 +11,7 @@ use crate::analysis::{
     shortened,
 };
 use crate::cli::{Failure, Global, Outcome};
-use crate::readings::{
-    ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
-};
+use crate::readings::{SessionHeader, TableError, read_readings};
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{
     FolderHolder, JournalEnd, RawCheck, ReadFolder, ReadJournal, SessionState, check_raw_bytes,
@@ -180,14 +178,10 @@ fn verify_table(
     let name = file.display().to_string();
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let of_vectors = header.is_of_vectors();
-    let table = if of_vectors {
-        read_vector_readings(&name, open)
-    } else {
-        read_readings(&name, open, &ReadOptions::default())
-    };
-    let is_begun = |error: &ReadingsError| match error {
-        ReadingsError::Empty { .. } => true,
-        ReadingsError::NoReadings { .. } => of_vectors,
+    let table = read_readings(&name, open);
+    let is_begun = |error: &TableError| match error.code {
+        "stiffbench::readings::empty" => true,
+        "stiffbench::readings::no_readings" => of_vectors,
         _ => false,
     };
     match table {

@@ -3,9 +3,7 @@
 use crate::analysis::{ResolvedModel, check_data};
 use crate::mismatch::{BadReading, BadRun};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{
-    ReadOptions, ReadingTable, SessionHeader, read_readings, read_vector_readings,
-};
+use crate::readings::{ReadingTable, SessionHeader, read_readings};
 use crate::report::significant;
 use crate::session::{Contradiction, RepeatCheck, SessionState, table};
 
@@ -28,12 +26,7 @@ impl BenchRepeats {
     fn found(&self, state: &SessionState, cell: usize) -> Option<Vec<Contradiction>> {
         let mut text = Vec::new();
         table(state, &mut text).ok()?;
-        let name = "readings.csv";
-        let readings = if state.is_of_vectors() {
-            read_vector_readings(name, &text[..]).ok()?
-        } else {
-            read_readings(name, &text[..], &ReadOptions::default()).ok()?
-        };
+        let readings = read_readings("readings.csv", &text[..]).ok()?;
         let screened = check_data(&readings, Some(&self.header), &self.model).ok()?;
         let runs = screened.bad_runs.iter();
         let runs = runs.filter_map(|bad| of_run(&readings, bad));

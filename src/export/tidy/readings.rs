@@ -1,7 +1,7 @@
 //! Readings and load cases as tidy tables: the columns of the files that hold measurements.
 
 use crate::load_cases::{LoadCaseTable, write_load_cases};
-use crate::readings::{Column, ReadingTable, ReadingsError, unescape_formula, write_readings};
+use crate::readings::{Column, ReadingTable, TableError, unescape_formula, write_readings};
 
 use super::table::{FieldKind, TidyColumn, TidyTable};
 
@@ -16,11 +16,8 @@ const UNITS: [&str; 14] = [
 /// - `origin`: how the readings came about if they were not measured; it stands in every row.
 ///
 /// # Errors
-/// [`ReadingsError::NotWritable`] for a number that is not finite.
-pub fn reading_table(
-    table: &ReadingTable,
-    origin: Option<&str>,
-) -> Result<TidyTable, ReadingsError> {
+/// [`TableError`] for a number that is not finite.
+pub fn reading_table(table: &ReadingTable, origin: Option<&str>) -> Result<TidyTable, TableError> {
     let (names, rows) = if table.is_of_vectors() {
         let rows = table.fields.rows.iter();
         let rows = rows.map(|row| row.fields.clone()).collect();
@@ -40,7 +37,7 @@ pub fn reading_table(
 fn along_load(
     table: &ReadingTable,
     origin: Option<&str>,
-) -> Result<(Vec<String>, Vec<Vec<String>>), ReadingsError> {
+) -> Result<(Vec<String>, Vec<Vec<String>>), TableError> {
     let mut marked = table.clone();
     marked.origin = origin.map(str::to_owned);
     for key in marked.runs.iter_mut().chain(&mut marked.zeros) {

@@ -116,7 +116,7 @@ impl PageSession {
         page.about = about([page.readings, 0], planned(history.as_ref()));
         if session.table.is_of_vectors() && !session.table.is_of_one_gauge() {
             let stiffness = session.compliances(Branches::LoadingOnly);
-            let report = VectorStiffnessReport::new(&stiffness, session.procedure());
+            let report = VectorStiffnessReport::new(stiffness, session.procedure());
             page.results = report.cells.iter().map(PageCell::from).collect();
             page.further = report.document();
             page.vectors = Some(report);

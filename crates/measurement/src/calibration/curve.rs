@@ -1,8 +1,7 @@
 //! The curve of a calibration table.
 
-use super::error::CalibrationTableError;
-use crate::readings::Conversion;
-use crate::table_files::{FileRow, LinePlace, MachineTable, TableFileOptions, read_table_file};
+use crate::readings::{Conversion, TableError, line_of};
+use crate::table_files::{FileRow, MachineTable, TableFileOptions, read_table_file};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Coverage factor of a row that states none; the usual one for 95 % (GUM 6.3.3).
@@ -35,8 +34,8 @@ impl CalibrationCurve {
     /// - `kind`: force or displacement.
     ///
     /// # Errors
-    /// [`CalibrationTableError`] with the line of what is wrong.
-    pub fn read(file: &str, bytes: &[u8], kind: Kind) -> Result<Self, CalibrationTableError> {
+    /// [`TableError`] with the line of what is wrong.
+    pub fn read(file: &str, bytes: &[u8], kind: Kind) -> Result<Self, TableError> {
         let table = read_table_file(file, bytes, &TableFileOptions::default())?;
         let applied = column(&table, "applied")?;
         let indicated = column(&table, "indicated")?;
@@ -47,9 +46,12 @@ impl CalibrationCurve {
         let (of_applied, of_indicated, of_expanded) = (of_applied?, of_indicated?, of_expanded?);
         let mut points = Vec::new();
         for (row, FileRow { line, .. }) in table.rows.iter().enumerate() {
-            let refused = |problem| CalibrationTableError::Row {
-                at: LinePlace::new(file, *line),
-                problem,
+            let refused = |problem| {
+                TableError::new(
+                    "stiffbench::calibration_table::row",
+                    format!("{}: {problem}", line_of(file, *line)),
+                    "each row needs applied, indicated and U; k may be absent and is 2 then",
+                )
             };
             let read = |index, conversion| {
                 let value = table.number(row, index, conversion)?;
@@ -74,19 +76,25 @@ impl CalibrationCurve {
         Self::of_points(file, points)
     }
 
-    fn of_points(
-        file: &str,
-        mut points: Vec<(u32, CalibrationPoint)>,
-    ) -> Result<Self, CalibrationTableError> {
+    fn of_points(file: &str, mut points: Vec<(u32, CalibrationPoint)>) -> Result<Self, TableError> {
         points.sort_by(|a, b| a.1.applied.total_cmp(&b.1.applied));
         if points.len() < 2 {
-            let file = file.to_owned();
-            return Err(CalibrationTableError::TooFew { file });
+            return Err(TableError::new(
+                "stiffbench::calibration_table::too_few",
+                format!("{file}: fewer than two points"),
+                "give at least two rows, or the uncertainty alone with --force-u or --displacement-u",
+            ));
         }
         let falls = |pair: &&[(u32, CalibrationPoint)]| pair[1].1.indicated <= pair[0].1.indicated;
         if let Some(pair) = points.windows(2).find(falls) {
-            let at = LinePlace::new(file, pair[1].0);
-            return Err(CalibrationTableError::NotRising { at });
+            return Err(TableError::new(
+                "stiffbench::calibration_table::not_rising",
+                format!(
+                    "{}: the indicated value does not rise with the applied one",
+                    line_of(file, pair[1].0)
+                ),
+                "give one row for each applied value, for example the mean of the series up",
+            ));
         }
         let mut points: Vec<CalibrationPoint> =
             points.into_iter().map(|(_, point)| point).collect();
@@ -158,34 +166,39 @@ fn count_from_zero(points: &mut [CalibrationPoint]) {
 }
 
 /// The column of a name, with or without a unit.
-fn column(table: &MachineTable, name: &'static str) -> Result<usize, CalibrationTableError> {
+fn column(table: &MachineTable, name: &'static str) -> Result<usize, TableError> {
     let columns = &table.layout.columns;
     let found = columns
         .iter()
         .position(|column| column.stem.eq_ignore_ascii_case(name));
-    found.ok_or_else(|| CalibrationTableError::MissingColumn {
-        at: table.header(),
-        column: name,
+    found.ok_or_else(|| {
+        TableError::new(
+            "stiffbench::calibration_table::missing_column",
+            format!("{}: no column `{name}`", table.header()),
+            "a calibration table has the columns applied, indicated, U and k, with their units: applied_N, indicated_N, U_N, k",
+        )
     })
 }
 
-fn unit(
-    table: &MachineTable,
-    index: usize,
-    kind: Kind,
-) -> Result<Conversion, CalibrationTableError> {
+fn unit(table: &MachineTable, index: usize, kind: Kind) -> Result<Conversion, TableError> {
     let column = &table.layout.columns[index];
     let unit = column.unit.as_deref();
     unit.and_then(|unit| Conversion::from_unit(kind, unit))
-        .ok_or_else(|| CalibrationTableError::Unit {
-            at: table.header(),
-            column: column.name.clone(),
-            quantity: if kind == Kind::Force {
+        .ok_or_else(|| {
+            let quantity = if kind == Kind::Force {
                 "force"
             } else {
                 "displacement"
-            },
-            accepted: kind.units(),
+            };
+            TableError::new(
+                "stiffbench::calibration_table::unit",
+                format!(
+                    "{}, column `{}`: no unit of a {quantity}",
+                    table.header(),
+                    column.name
+                ),
+                format!("put the unit behind the name: known are {}", kind.units()),
+            )
         })
 }
 

@@ -6,7 +6,5 @@
 //! certificate is its uncertainty, which is taken as common to all readings of the gauge (JCGM 100:2008, F.1.2.3).
 
 mod curve;
-mod error;
 
 pub use curve::{CalibrationCurve, CalibrationPoint};
-pub use error::CalibrationTableError;

@@ -4,21 +4,21 @@ use indexmap::{IndexMap, IndexSet};
 
 use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::draft::ImportDraft;
-use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
 use super::keywords::{OF_A_ROBOT, roles_of};
 use super::mapping::ImportMapping;
 use super::measured::measured;
-use super::note::ImportNote;
+use super::note::ImportNotes;
 use super::pairs::are_all_equal;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
-use super::values::{branch, direction, meanings, texts};
+use super::values::{bad_value, branch, direction, meanings, texts};
 use crate::readings::{
-    Assumption, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
-    decimal, read_readings,
+    FileCell, PoseJoints, ReadingTable, TableError, absent_columns, are_one_load, decimal,
+    read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use crate::table_files::OWN_COLUMNS;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -33,7 +33,7 @@ pub struct ImportedReadings {
     /// What the columns were taken for: gives the same readings from the same file.
     pub mapping: ImportMapping,
     /// What was decided.
-    pub notes: Vec<ImportNote>,
+    pub notes: ImportNotes,
 }
 
 /// A row with its values in SI.
@@ -53,33 +53,41 @@ impl ImportDraft {
     /// The readings.
     ///
     /// # Errors
-    /// [`TableImportError::Missing`] if something is missing; otherwise for the first cell that is not as it must be.
-    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
+    /// [`TableError`] if something is missing; otherwise for the first cell that is not as it must be.
+    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableError> {
         let missing = self.missing();
         if !missing.is_empty() {
             let mut options: Vec<String> = missing.iter().map(MissingPart::option).collect();
             options.dedup();
-            return Err(TableImportError::Missing {
-                at: self.table.header(),
-                missing: MissingParts(missing.clone()),
-                found: listed_names(self.table.names()),
-                help: format!("{command} {}", options.join(" ")),
-            });
+            let missing: Vec<String> = missing.iter().map(ToString::to_string).collect();
+            return Err(TableError::new(
+                "stiffbench::import::missing",
+                format!(
+                    "{}: missing are {}; the columns are {}",
+                    self.table.header(),
+                    missing.join("; "),
+                    listed_names(self.table.names())
+                ),
+                format!("{command} {}", options.join(" ")),
+            ));
         }
         build(&self)
     }
 }
 
-pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImportError> {
-    let mut notes = vec![ImportNote::Layout(Box::new(draft.table.layout.clone()))];
+pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableError> {
+    let mut notes = ImportNotes::default();
+    notes.note(draft.table.layout.to_string());
     let (rows, values) = measured(draft, &mut notes)?;
     let (places, joints) = poses(draft, &rows, &mut notes)?;
     let directions = directions(draft, &rows)?;
-    notes.extend(stated_over_columns(draft));
-    notes.extend(unused_words(draft, &rows));
-    notes.extend(unused_columns(draft));
+    notes.texts.extend(stated_over_columns(draft));
+    for words in unused_words(draft, &rows) {
+        notes.doubt(words);
+    }
+    notes.texts.extend(unused_columns(draft));
     if directions.iter().any(|(_, negative)| *negative) {
-        notes.push(ImportNote::NegativeDirection);
+        notes.note("a direction with a minus sign: force and displacement of its rows were reversed to count along the positive axis");
     }
     let times = times(draft, &rows)?;
     let temperature = draft.found.place(&ColumnRole::Temperature);
@@ -112,12 +120,13 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
             row.displacement_m = -row.displacement_m;
         }
         mapping.flip.push(ImportedQuantity::Displacement);
-        notes.push(ImportNote::AgainstForce);
+        notes.doubt("the displacement goes against the force throughout: its sign was reversed");
     }
     let table = readings(draft, &imported)?;
+    let absent = absent_columns(&table);
     let assumed = table.assumptions.iter();
-    let assumed = assumed.filter(|one| !matches!(one, Assumption::ColumnAbsent(_)));
-    notes.extend(assumed.cloned().map(ImportNote::Assumed));
+    let assumed = assumed.filter(|one| !absent.contains(one));
+    notes.texts.extend(assumed.cloned());
     Ok(ImportedReadings {
         table,
         poses: joints,
@@ -130,16 +139,17 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
 fn poses(
     draft: &ImportDraft,
     rows: &[usize],
-    notes: &mut Vec<ImportNote>,
-) -> Result<(Vec<String>, Vec<PoseJoints>), TableImportError> {
+    notes: &mut ImportNotes,
+) -> Result<(Vec<String>, Vec<PoseJoints>), TableError> {
     let named = texts(draft, &ColumnRole::Pose, rows)?;
     if let Some((joints, of_rows)) = JointPoses::of_rows(draft, rows, named.as_deref())? {
         if joints.are_guessed_degrees {
-            notes.push(ImportNote::JointsInDegrees);
+            notes
+                .note("joint values have no unit and exceed 2 pi: taken as degrees (--joint-unit)");
         }
         if named.is_none() {
-            let poses = joints.poses.len();
-            notes.push(ImportNote::PosesFromJoints { poses });
+            let poses = counted(joints.poses.len(), "pose");
+            notes.note(format!("each set of joint values became a pose: {poses}"));
         }
         let names = of_rows.iter().map(ToString::to_string).collect();
         return Ok((names, joints.poses));
@@ -149,14 +159,16 @@ fn poses(
     }
     let pose = draft.mapping.pose.clone().unwrap_or_else(|| {
         let pose = "P1".to_owned();
-        notes.push(ImportNote::OnePose { pose: pose.clone() });
+        notes.note(format!(
+            "no column for the pose: all readings are of {pose} (--pose NAME)"
+        ));
         pose
     });
     Ok((vec![pose; rows.len()], Vec::new()))
 }
 
 /// Columns of poses and directions that an option overrules.
-fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> {
+fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = String> {
     let stated = [
         ("--pose", draft.mapping.pose.clone(), ColumnRole::Pose),
         (
@@ -166,30 +178,32 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
         ),
     ];
     stated.into_iter().filter_map(|(option, value, role)| {
-        let column = draft.name(draft.found.place(&role)?).to_owned();
-        let option = format!("{option} {}", value?);
-        Some(ImportNote::OptionOverColumn { option, column })
+        let column = draft.name(draft.found.place(&role)?);
+        let value = value?;
+        Some(format!(
+            "{option} {value} applies to all readings: column `{column}` is not read"
+        ))
     })
 }
 
 /// Columns that could be used and are not, with why.
-fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
+fn unused_columns(draft: &ImportDraft) -> Vec<String> {
     let found = &draft.found;
-    let name = |index: usize| draft.name(index).to_owned();
     let counters = found.counters.iter();
-    let counters = counters.map(|(role, index, why)| ImportNote::NoCounter {
-        role: role.to_string(),
-        column: name(*index),
-        why: *why,
+    let counters = counters.map(|(role, index, why)| {
+        let column = draft.name(*index);
+        format!(
+            "column `{column}` is not used as the {role}: {why}; --map \"{role}={column}\" takes it"
+        )
     });
     let alike = found.ambiguous.iter().map(|(role, places)| {
         let mut places = places.map(|place| place + 1);
         places.sort_unstable();
-        ImportNote::Ambiguous {
-            column: name(places[0] - 1),
-            role: role.to_string(),
-            places,
-        }
+        let [first, second] = places;
+        format!(
+            "columns {first} and {second} are both called `{}` and are not used: --map {role}={first} takes the first",
+            draft.name(first - 1)
+        )
     });
     let roles = draft.columns().into_iter().enumerate();
     let others = roles.filter(|(index, column)| {
@@ -199,16 +213,16 @@ fn unused_columns(draft: &ImportDraft) -> Vec<ImportNote> {
         column.role.is_none() && is_displacement && draft.log.is_none()
     });
     let others = others.filter_map(|(_, column)| {
-        Some(ImportNote::UnusedDisplacement {
-            column: column.name,
-            unit: column.unit?,
-        })
+        let (name, unit) = (column.name, column.unit?);
+        Some(format!(
+            "column `{name}` is in {unit} too and is not used: --map displacement={name} takes it instead"
+        ))
     });
     counters.chain(alike).chain(others).collect()
 }
 
 /// Columns that are not used, with a word in every row and a few words that recur.
-fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
+fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<String> {
     const MOST: usize = 20;
     let columns = draft.table.layout.columns.iter().enumerate();
     let unused = columns.filter(|(index, column)| {
@@ -219,19 +233,19 @@ fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
         let words = rows.iter().map(|row| draft.table.present(*row, index));
         let words: IndexSet<&str> = words.collect::<Option<_>>()?;
         let recur = words.len() > 1 && words.len() <= MOST && 2 * words.len() < rows.len();
-        recur.then(|| ImportNote::UnusedWords {
-            column: column.name.clone(),
-            words: words.into_iter().map(str::to_owned).collect(),
+        let name = &column.name;
+        recur.then(|| {
+            format!(
+                "column `{name}` is not used and has the words {}: if it names poses or directions, readings of different poses or directions are mixed now; name it with --map pose={name}",
+                words.into_iter().collect::<Vec<_>>().join(", ")
+            )
         })
     });
     notes.collect()
 }
 
 /// The direction of each row, and whether it has a minus sign.
-fn directions(
-    draft: &ImportDraft,
-    rows: &[usize],
-) -> Result<Vec<(Direction, bool)>, TableImportError> {
+fn directions(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<(Direction, bool)>, TableError> {
     let expected = "x, y or z";
     let Some(stated) = &draft.mapping.direction else {
         let role = &ColumnRole::Direction;
@@ -246,14 +260,11 @@ fn directions(
         value: stated.clone(),
     };
     let one = direction(stated);
-    let one = one.ok_or_else(|| TableImportError::BadValue {
-        cell: cell(),
-        expected,
-    })?;
+    let one = one.ok_or_else(|| bad_value(&cell(), expected))?;
     Ok(vec![one; rows.len()])
 }
 
-fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableImportError> {
+fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableError> {
     let Some(column) = draft.found.place(&ColumnRole::Time) else {
         return Ok(vec![None; rows.len()]);
     };
@@ -266,7 +277,7 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
     }
     let conversion = draft.conversion(column, Kind::Time);
     let time = |row: &usize| draft.table.number(*row, column, conversion);
-    Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
+    rows.iter().map(time).collect()
 }
 
 /// Force and displacement as they stand in the file.
@@ -302,16 +313,18 @@ fn number_runs(
     draft: &ImportDraft,
     rows: &[usize],
     imported: &mut [ImportedRow],
-    notes: &mut Vec<ImportNote>,
-) -> Result<(), TableImportError> {
+    notes: &mut ImportNotes,
+) -> Result<(), TableError> {
     let groups = grouped(imported, cell);
     if let Some(texts) = texts(draft, &ColumnRole::Repeat, rows)? {
         let number = |text: &String| text.parse::<u32>().ok().filter(|number| *number > 0);
         let numbers: Option<Vec<u32>> = texts.iter().map(number).collect();
         let column = draft.found.place(&ColumnRole::Repeat).unwrap_or(0);
         if numbers.is_none() {
-            let column = draft.name(column).to_owned();
-            notes.push(ImportNote::RunsNumbered { column });
+            notes.note(format!(
+                "the texts in column `{}` became repeats 1, 2, … in order of appearance",
+                draft.name(column)
+            ));
         }
         for group in &groups {
             let mut seen: IndexSet<&String> = IndexSet::new();
@@ -325,11 +338,10 @@ fn number_runs(
             let loads: Vec<f64> = run.iter().map(|index| imported[*index].force_n).collect();
             turns_more_than_once(&loads)
         });
-        notes.extend(turning.next().map(|run| ImportNote::RunsUncertain {
-            column: Some(draft.name(column).to_owned()),
-            cell: name_of_cell(&imported[run[0]]),
-            why: RunDoubt::SeveralTurns,
-        }));
+        if let Some(run) = turning.next() {
+            let cell = name_of_cell(&imported[run[0]]);
+            notes.doubt_runs(Some(draft.name(column)), &cell, RunDoubt::SeveralTurns);
+        }
         return Ok(());
     }
     let (mut runs, mut doubt) = (0, None);
@@ -345,13 +357,14 @@ fn number_runs(
             imported[*index].repeat = run;
         }
     }
-    let share = NEAR_ZERO;
-    notes.push(ImportNote::RunsFound { runs, share });
-    notes.extend(doubt.map(|(cell, why)| ImportNote::RunsUncertain {
-        column: None,
-        cell,
-        why,
-    }));
+    notes.note(format!(
+        "no column for the run number: {} found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
+        counted(runs, "run"),
+        100.0 * NEAR_ZERO
+    ));
+    if let Some((cell, why)) = doubt {
+        notes.doubt_runs(None, &cell, why);
+    }
     Ok(())
 }
 
@@ -359,8 +372,8 @@ fn set_branches(
     draft: &ImportDraft,
     rows: &[usize],
     imported: &mut [ImportedRow],
-    notes: &mut Vec<ImportNote>,
-) -> Result<(), TableImportError> {
+    notes: &mut ImportNotes,
+) -> Result<(), TableError> {
     let (role, expected) = (&ColumnRole::Branch, "loading or unloading");
     if let Some(branches) = meanings(draft, role, rows, branch, expected)? {
         for (row, branch) in imported.iter_mut().zip(branches) {
@@ -383,7 +396,10 @@ fn set_branches(
         .filter(|row| row.branch == Branch::Unloading);
     let unloading = unloading.count();
     if unloading > 0 {
-        notes.push(ImportNote::BranchesFound { unloading });
+        let unloading = counted(unloading, "reading");
+        notes.note(format!(
+            "unloading: {unloading} after the largest load of a run"
+        ));
     }
     Ok(())
 }
@@ -423,8 +439,7 @@ fn is_against_force(imported: &[ImportedRow]) -> bool {
 }
 
 /// The rows as `readings.csv`, through the reader of that form.
-fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, TableImportError> {
-    let failed = |error: csv::Error| ReadingsError::Write { error };
+fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, TableError> {
     let has_time = rows.iter().all(|row| row.time_s.is_some());
     let has_temperature = rows.iter().any(|row| row.temperature_deg_c.is_some());
     let mut names = vec![
@@ -440,7 +455,9 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
     names.extend(has_time.then_some("t_s"));
     names.extend(has_temperature.then_some("temp_degC"));
     let mut output = csv::Writer::from_writer(Vec::new());
-    output.write_record(&names).map_err(failed)?;
+    output
+        .write_record(&names)
+        .map_err(TableError::not_written)?;
     for row in rows {
         let [force_raw, displacement_raw] = row.raw.clone();
         let mut fields = vec![
@@ -460,17 +477,14 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
             let text = || value.map_or_else(String::new, |value| decimal(value, 0));
             fields.extend(is_written.then(text));
         }
-        output.write_record(&fields).map_err(failed)?;
+        output
+            .write_record(&fields)
+            .map_err(TableError::not_written)?;
     }
     let bytes = output
         .into_inner()
-        .map_err(|error| failed(error.into_error().into()))?;
-    let options = ReadOptions::default();
-    Ok(read_readings(
-        &draft.table.source,
-        bytes.as_slice(),
-        &options,
-    )?)
+        .map_err(|error| TableError::not_written(error.into_error().into()))?;
+    read_readings(&draft.table.source, bytes.as_slice())
 }
 
 /// The mapping with what was guessed.

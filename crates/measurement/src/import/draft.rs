@@ -1,14 +1,13 @@
 //! A table with what its columns were taken for, before readings are made of it.
 
 use super::columns::{ColumnGuess, ColumnRole, ImportedQuantity, MissingPart};
-use super::error::TableImportError;
 use super::guess::FoundColumns;
 use super::joint_unit::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
-use crate::readings::Conversion;
-use crate::table_files::{MachineTable, TableFileError, read_table_files};
+use crate::readings::{Conversion, TableError};
+use crate::table_files::{MachineTable, read_table_files};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A table with what its columns were taken for.
@@ -31,12 +30,12 @@ impl ImportDraft {
     /// - `mapping`: what is known of the columns.
     ///
     /// # Errors
-    /// [`TableImportError`] for a file that is no table, and for columns or units that cannot be.
+    /// [`TableError`] for a file that is no table, and for columns or units that cannot be.
     pub fn read(
         files: &[(&str, &[u8])],
         log: Option<(&str, &[u8])>,
         mapping: &ImportMapping,
-    ) -> Result<Self, TableImportError> {
+    ) -> Result<Self, TableError> {
         for (kind, quantity) in [
             (Kind::Force, "force"),
             (Kind::Displacement, "displacement"),
@@ -45,11 +44,11 @@ impl ImportDraft {
         ] {
             let stated = mapping.stated_unit(kind);
             if let Some(unit) = stated.filter(|unit| !is_of(kind, unit)) {
-                return Err(TableImportError::Unit {
-                    unit: unit.clone(),
-                    quantity,
-                    accepted: kind.units(),
-                });
+                return Err(TableError::new(
+                    "stiffbench::import::unit",
+                    format!("`{unit}` is not a unit of a {quantity}"),
+                    format!("known are {}", kind.units()),
+                ));
             }
         }
         let mut table = read_table_files(files, &mapping.of_file())?;
@@ -198,7 +197,7 @@ impl ImportDraft {
     }
 
     /// Two columns of one name of which one was guessed: nothing shows which is meant.
-    fn refuse_duplicates(&self) -> Result<(), TableFileError> {
+    fn refuse_duplicates(&self) -> Result<(), TableError> {
         for (role, (index, _)) in &self.found.places {
             let name = self.name(*index);
             let columns = self.table.layout.columns.iter().enumerate();

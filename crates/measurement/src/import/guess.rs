@@ -8,9 +8,9 @@ use super::columns::{ColumnRole, GuessedFrom};
 use super::keywords::{OF_A_PART, OF_A_ROBOT, ReadQuantities, roles_of};
 use super::mapping::ImportMapping;
 use super::runs::{CounterDoubt, counts_no_runs};
-use crate::readings::are_one_load;
+use crate::readings::{TableError, are_one_load};
 use crate::table_files::keywords::{REPEAT, has, plain, words_of};
-use crate::table_files::{FileColumn, MachineTable, StampKind, TableFileError};
+use crate::table_files::{FileColumn, MachineTable, StampKind};
 
 /// Columns by what they hold, with where that comes from.
 #[derive(Debug, Clone, Default)]
@@ -29,10 +29,7 @@ impl FoundColumns {
     ///
     /// # Errors
     /// For a column that is stated and not there, or there twice, or stated for two things.
-    pub(super) fn find(
-        table: &MachineTable,
-        mapping: &ImportMapping,
-    ) -> Result<Self, TableFileError> {
+    pub(super) fn find(table: &MachineTable, mapping: &ImportMapping) -> Result<Self, TableError> {
         let mut found = Self::default();
         found.take_stated(table, mapping)?;
         let read = if mapping.is_of_a_part {
@@ -55,7 +52,7 @@ impl FoundColumns {
         &self,
         table: &MachineTable,
         mapping: &ImportMapping,
-    ) -> Result<Vec<usize>, TableFileError> {
+    ) -> Result<Vec<usize>, TableError> {
         let role = ColumnRole::Displacement;
         let further = &mapping.columns.repeats;
         if let Some(first) = self.place(&role).filter(|_| !further.is_empty()) {
@@ -204,7 +201,7 @@ impl FoundColumns {
         &mut self,
         table: &MachineTable,
         mapping: &ImportMapping,
-    ) -> Result<(), TableFileError> {
+    ) -> Result<(), TableError> {
         let joints = mapping.joints.keys().cloned().map(ColumnRole::Joint);
         for role in ColumnRole::NAMED.into_iter().chain(joints) {
             let Some(column) = mapping.stated_column(&role) else {
@@ -213,12 +210,7 @@ impl FoundColumns {
             let index = table.column(&column, &role.to_string())?;
             let taken = self.places.iter().find(|(_, (place, _))| *place == index);
             if let Some((first, _)) = taken {
-                return Err(TableFileError::SameColumn {
-                    file: table.source.clone(),
-                    column,
-                    first: first.to_string(),
-                    second: role.to_string(),
-                });
+                return Err(table.same_column(&column, &first.to_string(), &role.to_string()));
             }
             self.places.insert(role, (index, GuessedFrom::Stated));
         }

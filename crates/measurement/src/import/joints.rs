@@ -1,9 +1,9 @@
 //! Joint values in columns: rows with the same values are one pose.
 
 use super::draft::ImportDraft;
-use super::error::TableImportError;
 use super::joint_unit::joint_unit;
-use crate::readings::{JointColumn, PoseJoints};
+use super::values::{bad_value, no_value};
+use crate::readings::{JointColumn, PoseJoints, TableError};
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Values of a joint within this of each other are the same: encoders of robots show less, rad or m.
@@ -25,7 +25,7 @@ impl JointPoses {
         draft: &ImportDraft,
         rows: &[usize],
         names: Option<&[String]>,
-    ) -> Result<Option<(Self, Vec<PoseId>)>, TableImportError> {
+    ) -> Result<Option<(Self, Vec<PoseId>)>, TableError> {
         let mut columns = Vec::new();
         let mut poses = Self::default();
         for (variable, index) in draft.found.joints() {
@@ -48,7 +48,7 @@ impl JointPoses {
             for (column, index, conversion) in &columns {
                 let value = draft.table.number(*row, *index, *conversion)?;
                 let Some(value) = value else {
-                    return Err(super::values::no_value(draft, *row, *index));
+                    return Err(no_value(draft, *row, *index));
                 };
                 values.push((column.clone(), value));
             }
@@ -65,7 +65,7 @@ impl JointPoses {
         column: usize,
         values: Vec<(JointColumn, f64)>,
         name: Option<&str>,
-    ) -> Result<PoseId, TableImportError> {
+    ) -> Result<PoseId, TableError> {
         let same = |known: &PoseJoints| {
             let pairs = known.values.iter().zip(&values);
             pairs
@@ -79,10 +79,9 @@ impl JointPoses {
         };
         if let Some(known) = self.poses.iter().find(is_it) {
             if !same(known) {
-                return Err(TableImportError::BadValue {
-                    cell: draft.table.cell(row, column),
-                    expected: "the joint values of the other rows of this pose",
-                });
+                let cell = draft.table.cell(row, column);
+                let expected = "the joint values of the other rows of this pose";
+                return Err(bad_value(&cell, expected));
             }
             return Ok(known.pose.clone());
         }

@@ -4,10 +4,9 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{ColumnRole, ImportedQuantity};
-use super::error::TableImportError;
 use super::keywords::is_of;
 use super::vector_role::is_component;
-use crate::readings::DecimalSign;
+use crate::readings::{DecimalSign, TableError};
 use crate::table_files::{FieldDelimiter, FileColumn, TableFileOptions, TextEncoding, ThreeDigits};
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -125,21 +124,23 @@ impl ImportMapping {
     /// Reads a mapping file.
     ///
     /// # Errors
-    /// [`TableImportError::Mapping`] for a text that is no such file, with its line.
-    pub fn from_toml(file: &str, text: &str) -> Result<Self, TableImportError> {
-        let refused = |line: usize, problem: String| TableImportError::Mapping {
-            file: file.to_owned(),
-            line,
-            problem,
+    /// [`TableError`] for a text that is no such file, with its line.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, TableError> {
+        let refused = |line: usize, problem: &str| {
+            TableError::new(
+                "stiffbench::import::mapping",
+                format!("{file}, line {line}: no mapping: {problem}"),
+                "mapping.toml in the folder of an import is one; docs/import.md describes it",
+            )
         };
         let mapping: Self = toml::from_str(text).map_err(|error| {
             let before = error.span().and_then(|span| text.get(..span.start));
             let line = before.map_or(0, |before| before.matches('\n').count()) + 1;
-            refused(line, error.message().to_owned())
+            refused(line, error.message())
         })?;
         if mapping.schema != MAPPING_SCHEMA {
             let problem = format!("schema `{}`, expected `{MAPPING_SCHEMA}`", mapping.schema);
-            return Err(refused(1, problem));
+            return Err(refused(1, &problem));
         }
         Ok(mapping)
     }
@@ -157,8 +158,8 @@ impl ImportMapping {
     /// States a column, as `force=Kraft` or `joint.q1=Achse 1`; further columns of the displacement are repeats.
     ///
     /// # Errors
-    /// [`TableImportError::UnknownRole`] for a name that is no role.
-    pub fn set(&mut self, role: &str, column: &str) -> Result<(), TableImportError> {
+    /// [`TableError`] for a name that is no role.
+    pub fn set(&mut self, role: &str, column: &str) -> Result<(), TableError> {
         let column = column.trim().to_owned();
         if let Some(variable) = role.strip_prefix("joint.") {
             self.joints.insert(variable.to_owned(), column);
@@ -173,8 +174,12 @@ impl ImportMapping {
             return Ok(());
         }
         let entry = self.columns.entry(role);
-        *entry.ok_or_else(|| TableImportError::UnknownRole {
-            role: role.to_owned(),
+        *entry.ok_or_else(|| {
+            TableError::new(
+                "stiffbench::import::unknown_role",
+                format!("--map {role}: this is not a quantity of a reading"),
+                "known are force, displacement, pose, direction, repeat, branch, date, time, temperature, and joint.NAME for joint values; of vectors force_x, moment_x, displacement_x, rotation_x and position_x, and the same along y and z",
+            )
         })? = Some(column);
         Ok(())
     }

@@ -2,17 +2,17 @@
 
 use super::columns::{ColumnRole, ImportedQuantity};
 use super::draft::ImportDraft;
-use super::error::TableImportError;
-use super::note::ImportNote;
+use super::note::ImportNotes;
 use super::values::no_value;
-use crate::readings::Conversion;
+use crate::readings::{Conversion, TableError};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Forces and displacements in SI of the rows that have both, and which rows these are.
 pub(super) fn measured(
     draft: &ImportDraft,
-    notes: &mut Vec<ImportNote>,
-) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableImportError> {
+    notes: &mut ImportNotes,
+) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableError> {
     let (force, forces) = column(draft, ImportedQuantity::Force)?;
     let displacements = if let Some(log) = &draft.log {
         let time = draft.found.place(&ColumnRole::Time);
@@ -42,36 +42,53 @@ pub(super) fn measured(
         }
     }
     if left_out > 0 {
-        let (rows, line) = (left_out, first);
-        notes.push(match draft.log {
-            Some(_) => ImportNote::NotPaired { rows, line },
-            None => ImportNote::BlankRows { rows, line },
-        });
+        let what = match draft.log {
+            Some(_) => format!(
+                "{} outside the times of the displacements or in a gap of them",
+                counted(left_out, "force")
+            ),
+            None => format!(
+                "{} without force and displacement",
+                counted(left_out, "row")
+            ),
+        };
+        notes.note(format!("left out: {what}, first in line {first}"));
     }
     if rows.is_empty() {
         let at = draft.table.header();
-        return Err(TableImportError::NoRows { at });
+        return Err(TableError::new(
+            "stiffbench::import::no_rows",
+            format!("{at}: no row has a force and a displacement"),
+            "rows of numbers must follow the names of the columns",
+        ));
     }
     refuse_all_zero(draft, &values)?;
     for quantity in ImportedQuantity::ALL {
         let column = draft.found.place(&quantity.role());
-        notes.extend(column.and_then(|column| unit_over_file(draft, column, quantity.kind())));
+        if let Some(doubt) =
+            column.and_then(|column| unit_over_file(draft, column, quantity.kind()))
+        {
+            notes.doubt(doubt);
+        }
     }
-    let mut flipped = ImportedQuantity::ALL.to_vec();
-    flipped.retain(|quantity| draft.mapping.flip.contains(quantity));
-    notes.extend(flipped.into_iter().map(ImportNote::Flipped));
+    for quantity in ImportedQuantity::ALL {
+        if draft.mapping.flip.contains(&quantity) {
+            notes.note(format!("the sign of every {quantity} was reversed"));
+        }
+    }
     Ok((rows, values))
 }
 
 /// A note on a unit that was stated over another of the file.
-fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<ImportNote> {
-    let of_file = draft.table.layout.columns[column].unit.clone()?;
+fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<String> {
+    let of_file = draft.table.layout.columns[column].unit.as_ref()?;
     let unit = draft.unit(column, kind)?;
-    let [known, stated] = [&of_file, &unit].map(|unit| Conversion::from_unit(kind, unit));
-    (known.is_some() && known != stated).then(|| ImportNote::UnitOverFile {
-        unit,
-        column: draft.name(column).to_owned(),
-        of_file,
+    let [known, stated] = [of_file, &unit].map(|unit| Conversion::from_unit(kind, unit));
+    (known.is_some() && known != stated).then(|| {
+        format!(
+            "the file states {of_file} for column `{}`, and the options or the mapping {unit}: {unit} is used",
+            draft.name(column)
+        )
     })
 }
 
@@ -79,7 +96,7 @@ fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<Impo
 fn column(
     draft: &ImportDraft,
     quantity: ImportedQuantity,
-) -> Result<(usize, Vec<Option<f64>>), TableImportError> {
+) -> Result<(usize, Vec<Option<f64>>), TableError> {
     let column = draft.found.place(&quantity.role()).unwrap_or(0);
     let conversion = draft.conversion(column, quantity.kind());
     let sign = draft.mapping.sign(quantity);
@@ -93,7 +110,7 @@ fn refuse_half_rows(
     draft: &ImportDraft,
     columns: [usize; 2],
     values: [&[Option<f64>]; 2],
-) -> Result<(), TableImportError> {
+) -> Result<(), TableError> {
     for row in 0..draft.table.rows.len() {
         for side in 0..2 {
             let word = !draft.table.text(row, columns[side]).is_empty();
@@ -106,21 +123,22 @@ fn refuse_half_rows(
     Ok(())
 }
 
-fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), TableImportError> {
+fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), TableError> {
     for (side, quantity) in ImportedQuantity::ALL.into_iter().enumerate() {
         if values.iter().any(|pair| pair[side] != 0.0) {
             continue;
         }
         let column = draft.found.place(&quantity.role());
-        return Err(TableImportError::AllZero {
-            file: draft.table.source.clone(),
-            first: draft.table.layout.first_line,
-            last: draft.table.layout.last_line,
-            column: column
-                .map_or("displacement", |index| draft.name(index))
-                .to_owned(),
-            role: quantity.to_string(),
-        });
+        let column = column.map_or("displacement", |index| draft.name(index));
+        let table = &draft.table;
+        return Err(TableError::new(
+            "stiffbench::import::all_zero",
+            format!(
+                "{}, lines {} to {}, column `{column}`: all values are 0",
+                table.source, table.layout.first_line, table.layout.last_line
+            ),
+            format!("the gauge was not recorded: name another column with --map {quantity}=COLUMN"),
+        ));
     }
     Ok(())
 }

@@ -7,7 +7,6 @@
 mod build;
 mod columns;
 mod draft;
-mod error;
 mod guess;
 mod joint_unit;
 mod joints;
@@ -24,8 +23,7 @@ mod vectors;
 pub use build::ImportedReadings;
 pub use columns::{ColumnGuess, GuessedFrom, ImportedQuantity, MissingPart};
 pub use draft::ImportDraft;
-pub use error::{MissingParts, TableImportError};
 pub use mapping::{ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord};
-pub use note::ImportNote;
+pub use note::ImportNotes;
 pub use runs::{CounterDoubt, RunDoubt};
 pub use vectors::VectorText;

@@ -1,13 +1,13 @@
 //! A log of the force and a log of the displacement, paired by their times.
 
 use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
-use super::error::TableImportError;
 use super::guess::FoundColumns;
 use super::mapping::ImportMapping;
-use super::note::ImportNote;
-use crate::readings::Conversion;
+use super::note::ImportNotes;
+use crate::readings::{Conversion, TableError};
 use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_numeric::statistics::median;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// The log of the displacement.
@@ -23,7 +23,7 @@ impl PairedLog {
         name: &str,
         bytes: &[u8],
         mapping: &ImportMapping,
-    ) -> Result<Self, TableImportError> {
+    ) -> Result<Self, TableError> {
         let mut table = read_table_file(name, bytes, &mapping.of_file())?;
         let mut own = ImportMapping::default();
         own.columns
@@ -65,12 +65,17 @@ impl PairedLog {
         &self,
         force: &MachineTable,
         force_time: Option<usize>,
-        notes: &mut Vec<ImportNote>,
-    ) -> Result<Vec<Option<f64>>, TableImportError> {
-        let problem = |problem| TableImportError::Pairs {
-            first: force.source.clone(),
-            second: self.table.source.clone(),
-            problem,
+        notes: &mut ImportNotes,
+    ) -> Result<Vec<Option<f64>>, TableError> {
+        let problem = |problem: &str| {
+            TableError::new(
+                "stiffbench::import::pairs",
+                format!(
+                    "{} and {} cannot be paired: {problem}",
+                    force.source, self.table.source
+                ),
+                "both logs need a column of times of the same clock; name it with --map time=COLUMN",
+            )
         };
         let (Some(of_force), Some(time)) = (force_time, self.found.place(&ColumnRole::Time)) else {
             return Err(problem("one of them has no column of times"));
@@ -105,7 +110,10 @@ impl PairedLog {
         if rows == 0 {
             return Err(problem("their times do not overlap"));
         }
-        notes.push(ImportNote::Paired { rows });
+        let rows = counted(rows, "value");
+        notes.note(format!(
+            "displacements were interpolated at the times of the forces: {rows}"
+        ));
         Ok(paired)
     }
 }
@@ -116,7 +124,7 @@ fn times(
     of_a: usize,
     b: &MachineTable,
     of_b: usize,
-) -> Result<Option<[Vec<Option<f64>>; 2]>, TableImportError> {
+) -> Result<Option<[Vec<Option<f64>>; 2]>, TableError> {
     match (a.is_time_stamp(of_a), b.is_time_stamp(of_b)) {
         (true, true) => Ok(Some(a.seconds_with(of_a, b, of_b)?)),
         (false, false) => Ok(Some([a.numbers(of_a)?, b.numbers(of_b)?])),

@@ -2,18 +2,31 @@
 
 use super::columns::ColumnRole;
 use super::draft::ImportDraft;
-use super::error::TableImportError;
+use crate::readings::{FileCell, TableError};
 use crate::table_files::keywords::plain;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// An error about a cell without a value.
-pub(super) fn no_value(draft: &ImportDraft, row: usize, column: usize) -> TableImportError {
+pub(super) fn no_value(draft: &ImportDraft, row: usize, column: usize) -> TableError {
     let cell = draft.table.cell(row, column);
     let found = match cell.value.as_str() {
         "" => String::new(),
         text => format!(": `{text}`"),
     };
-    TableImportError::NoValue { cell, found }
+    TableError::new(
+        "stiffbench::import::no_value",
+        format!("{cell}: no value{found}"),
+        "complete the row, or delete it: rows without any value are left out, incomplete rows are refused",
+    )
+}
+
+/// An error about a cell that holds something else.
+pub(super) fn bad_value(cell: &FileCell, expected: &str) -> TableError {
+    cell.refused(
+        "stiffbench::import::bad_value",
+        expected,
+        "correct the cell, or name another column with --map",
+    )
 }
 
 /// The texts of a column that every row must have; `None` without such a column.
@@ -21,7 +34,7 @@ pub(super) fn texts(
     draft: &ImportDraft,
     role: &ColumnRole,
     rows: &[usize],
-) -> Result<Option<Vec<String>>, TableImportError> {
+) -> Result<Option<Vec<String>>, TableError> {
     let Some(column) = draft.found.place(role) else {
         return Ok(None);
     };
@@ -39,16 +52,12 @@ pub(super) fn meanings<T>(
     rows: &[usize],
     meaning: fn(&str) -> Option<T>,
     expected: &'static str,
-) -> Result<Option<Vec<T>>, TableImportError> {
+) -> Result<Option<Vec<T>>, TableError> {
     let (Some(texts), Some(column)) = (texts(draft, role, rows)?, draft.found.place(role)) else {
         return Ok(None);
     };
     let of = |(row, text): (&usize, &String)| {
-        let cell = || draft.table.cell(*row, column);
-        meaning(text).ok_or_else(|| TableImportError::BadValue {
-            cell: cell(),
-            expected,
-        })
+        meaning(text).ok_or_else(|| bad_value(&draft.table.cell(*row, column), expected))
     };
     let found = rows.iter().zip(&texts).map(of);
     found.collect::<Result<_, _>>().map(Some)

@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::columns::{ColumnGuess, GuessedFrom};
-use super::error::TableImportError;
 use super::joint_unit::joint_unit_among;
 use super::keywords::{is_of, joint_name};
 use super::mapping::ImportMapping;
 use super::vector_role::{TEXTS, VectorRole};
 use crate::load_cases::{VectorQuantity, vector_columns};
-use crate::readings::{Conversion, JointUnit, is_readings_header, is_vector_table};
+use crate::readings::{Conversion, JointUnit, TableError, is_readings_header, is_vector_table};
 use crate::table_files::keywords::{
     DISPLACEMENT, FORCE, MOMENT, POSE, POSITION, REPEAT, ROTATION, has, plain, words_of,
 };
-use crate::table_files::{FileColumn, MachineTable, TableFileError, read_table_files};
+use crate::table_files::{FileColumn, MachineTable, read_table_files};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -42,7 +41,7 @@ impl VectorText {
     pub fn read(
         files: &[(&str, &[u8])],
         mapping: &ImportMapping,
-    ) -> Result<Option<Self>, TableImportError> {
+    ) -> Result<Option<Self>, TableError> {
         let of_one = |known: fn(&[u8]) -> bool| files.iter().any(|(_, bytes)| known(bytes));
         if of_one(is_readings_header) || of_one(is_vector_table) {
             return Ok(None);
@@ -51,7 +50,7 @@ impl VectorText {
             Ok(table) => table,
             // Who reads the file otherwise states what is wrong with it.
             Err(_) if mapping.vectors.is_empty() => return Ok(None),
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         };
         let is_series = is_vector_table(record(table.names()).as_bytes());
         let roles = if is_series {
@@ -116,7 +115,7 @@ fn is_of_vectors(roles: &Roles) -> bool {
             .any(|quantity| axes(quantity) > 1)
 }
 
-fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableImportError> {
+fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableError> {
     let mut roles = Roles::new();
     let joints = mapping.joints.iter();
     let joints = joints.map(|(name, column)| (format!("joint.{name}"), column));
@@ -137,13 +136,7 @@ fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableIm
         };
         let index = table.column(column, &name)?;
         if let Some((first, _)) = roles.iter().find(|(_, (place, _))| *place == index) {
-            return Err(TableFileError::SameColumn {
-                file: table.source.clone(),
-                column: column.clone(),
-                first: first.name(),
-                second: name,
-            }
-            .into());
+            return Err(table.same_column(column, &first.name(), &name));
         }
         roles.insert(role, (index, GuessedFrom::Stated));
     }
@@ -165,8 +158,7 @@ fn roles(table: &MachineTable, mapping: &ImportMapping) -> Result<Roles, TableIm
                 if matches!(role, VectorRole::Component(..) | VectorRole::Joint(_)) =>
             {
                 let (first, name) = (*first, role.name());
-                let problem = table.duplicate(&column.name, &name, [first, index]);
-                return Err(problem.into());
+                return Err(table.duplicate(&column.name, &name, [first, index]));
             }
             Some(_) => {}
             None => {
@@ -262,7 +254,7 @@ fn units(
     table: &MachineTable,
     roles: &Roles,
     mapping: &ImportMapping,
-) -> Result<BTreeMap<usize, String>, TableImportError> {
+) -> Result<BTreeMap<usize, String>, TableError> {
     let mut units = BTreeMap::new();
     for (role, (index, _)) in roles {
         let column = &table.layout.columns[*index];
@@ -280,11 +272,15 @@ fn units(
             }
             _ => mapping.unit_of(column, kind),
         };
-        let unit = unit.ok_or_else(|| TableImportError::NoUnit {
-            at: table.header(),
-            column: column.name.clone(),
-            role: role.name(),
-            accepted,
+        let unit = unit.ok_or_else(|| {
+            let (at, name, role) = (table.header(), &column.name, role.name());
+            TableError::new(
+                "stiffbench::import::no_unit",
+                format!("{at}: column `{name}`, taken as {role}, has no unit of it"),
+                format!(
+                    "put the unit behind the name, for example `{name} [UNIT]`: known are {accepted}"
+                ),
+            )
         })?;
         units.insert(*index, unit);
     }
@@ -296,7 +292,7 @@ fn text(
     table: &MachineTable,
     roles: &Roles,
     units: &BTreeMap<usize, String>,
-) -> Result<String, TableImportError> {
+) -> Result<String, TableError> {
     let mut text = String::new();
     let mut line = 1;
     let mut put = |at: u32, record: &str| {
@@ -341,7 +337,7 @@ fn text(
             table.number(row, *index, Conversion::NONE)?;
             Ok(table.plain_number(row, *index))
         });
-        let cells: Vec<String> = cells.collect::<Result<_, TableFileError>>()?;
+        let cells: Vec<String> = cells.collect::<Result<_, TableError>>()?;
         put(line, &record(cells.iter().map(String::as_str)));
     }
     Ok(text)

@@ -1,9 +1,7 @@
 //! The header of a table of load cases: which column stands where, in which unit.
 
-use super::error::LoadCaseError;
-use super::table::{LoadCaseNote, VectorQuantity};
-use crate::readings::{Conversion, PlacedJointColumn, RecordTable, split_unit};
-use crate::table_files::LinePlace;
+use super::table::VectorQuantity;
+use crate::readings::{Conversion, PlacedJointColumn, RecordTable, TableError, split_unit};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -28,7 +26,8 @@ pub(super) struct LoadCaseColumns {
     pub(super) joints: Vec<PlacedJointColumn>,
     /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
     pub(super) vectors: [[Option<NumberColumn>; 3]; 5],
-    pub(super) notes: Vec<LoadCaseNote>,
+    pub(super) notes: Vec<String>,
+    pub(super) unused: Vec<String>,
 }
 
 /// The meaning of a name.
@@ -94,7 +93,7 @@ pub(crate) fn vector_columns(bytes: &[u8]) -> usize {
 
 impl LoadCaseColumns {
     /// Reads the header of a table.
-    pub(super) fn read(text: &RecordTable<'_>) -> Result<Self, LoadCaseError> {
+    pub(super) fn read(text: &RecordTable<'_>) -> Result<Self, TableError> {
         let mut columns = Self::default();
         let mut of_readings = None;
         for (index, name) in text.names.iter().enumerate() {
@@ -113,17 +112,24 @@ impl LoadCaseColumns {
                 ColumnMeaning::OfReadings => of_readings = Some(index),
                 ColumnMeaning::Unknown if name.is_empty() => {}
                 ColumnMeaning::Unknown => {
-                    columns.notes.push(LoadCaseNote::UnusedColumn(name.clone()));
+                    columns
+                        .notes
+                        .push(format!("column `{name}` means nothing here"));
+                    columns.unused.push(name.clone());
                 }
             }
         }
         let vector = columns.vectors.iter().flatten().flatten().next();
         if let (Some(index), Some(vector)) = (of_readings, vector) {
-            return Err(LoadCaseError::Mixed {
-                at: header(text),
-                column: text.names[index].clone(),
-                vector: text.names[vector.index].clone(),
-            });
+            let [column, vector] = [index, vector.index].map(|index| &text.names[index]);
+            return Err(TableError::new(
+                "stiffbench::load_cases::mixed",
+                format!(
+                    "{}: column `{column}` beside columns of vectors such as `{vector}`: the file mixes two forms",
+                    text.at(text.header_line)
+                ),
+                "a load case has its load and what was read as vectors: write force_x_N and displacement_x_um (or y, z) for force_N and displacement_um, and leave direction out",
+            ));
         }
         columns.check_complete(text)?;
         Ok(columns)
@@ -152,23 +158,23 @@ impl LoadCaseColumns {
         index: usize,
         (quantity, axis): (VectorQuantity, Direction),
         unit: Option<&str>,
-    ) -> Result<(), LoadCaseError> {
+    ) -> Result<(), TableError> {
         let name = &text.names[index];
         let conversion = unit.and_then(|unit| Conversion::from_unit(quantity.kind(), unit));
         let Some(conversion) = conversion else {
             let accepted = quantity.kind().units();
-            return Err(text.wrong_unit(index, unit, accepted).into());
+            return Err(text.wrong_unit(index, unit, accepted));
         };
         let place = &mut self.vectors[quantity as usize][axis.index()];
         if let Some(first) = place {
-            return Err(text.duplicate(quantity.name(), first.index, index).into());
+            return Err(text.duplicate(quantity.name(), first.index, index));
         }
         *place = Some(NumberColumn { index, conversion });
         if Conversion::from_unit(quantity.kind(), quantity.unit()) != Some(conversion) {
-            self.notes.push(LoadCaseNote::UnitConverted {
-                found: name.clone(),
-                unit: quantity.unit(),
-            });
+            self.notes.push(format!(
+                "assumed: column `{name}` was converted to {}",
+                quantity.unit()
+            ));
         }
         Ok(())
     }
@@ -184,7 +190,7 @@ impl LoadCaseColumns {
         Some(text.names[column.index].clone())
     }
 
-    fn check_complete(&self, text: &RecordTable<'_>) -> Result<(), LoadCaseError> {
+    fn check_complete(&self, text: &RecordTable<'_>) -> Result<(), TableError> {
         let has = |quantity| self.has(quantity);
         let motion = [VectorQuantity::Displacement, VectorQuantity::Rotation];
         let motion = motion
@@ -192,11 +198,14 @@ impl LoadCaseColumns {
             .find_map(|quantity| self.first(text, quantity));
         let position = self.first(text, VectorQuantity::Position);
         if let (Some(position), Some(displacement)) = (&position, motion) {
-            return Err(LoadCaseError::PositionsAndDisplacements {
-                at: header(text),
-                position: position.clone(),
-                displacement,
-            });
+            return Err(TableError::new(
+                "stiffbench::load_cases::positions_and_displacements",
+                format!(
+                    "{}: column `{position}` beside column `{displacement}`: absolute positions and displacements under a load are two tables",
+                    text.at(text.header_line)
+                ),
+                "put the positions, with their loads, into a separate table",
+            ));
         }
         let (what, advice) = if self.pose.is_none() && self.joints.is_empty() {
             (
@@ -215,16 +224,14 @@ impl LoadCaseColumns {
         } else {
             return Ok(());
         };
-        Err(LoadCaseError::MissingColumn {
-            at: header(text),
-            what,
-            found: listed_names(text.names.iter().map(String::as_str)),
+        let found = listed_names(text.names.iter().map(String::as_str));
+        Err(TableError::new(
+            "stiffbench::load_cases::missing_column",
+            format!(
+                "{}: no column of {what} among {found}",
+                text.at(text.header_line)
+            ),
             advice,
-        })
+        ))
     }
-}
-
-/// The line of the column names.
-fn header(text: &RecordTable<'_>) -> LinePlace {
-    LinePlace::new(&text.file(), text.header_line)
 }

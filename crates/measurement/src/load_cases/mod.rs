@@ -4,7 +4,6 @@
 //! along the axes that the table states; the robot that gives those axes a place is not known here.
 
 mod columns;
-mod error;
 mod read;
 mod table;
 mod write;
@@ -12,7 +11,6 @@ mod write;
 pub use crate::readings::{JointColumn, JointUnit};
 pub use columns::is_load_case_table;
 pub(crate) use columns::vector_columns;
-pub use error::LoadCaseError;
 pub use read::read_load_cases;
-pub use table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
+pub use table::{LoadAxes, LoadCase, LoadCaseTable, VectorQuantity};
 pub use write::write_load_cases;

@@ -4,10 +4,9 @@ use std::collections::HashMap;
 use std::io::Read;
 
 use super::columns::{LoadCaseColumns, NumberColumn};
-use super::error::LoadCaseError;
-use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
-use crate::readings::{ReadOptions, ReadingStatus, ReadingsError, RecordTable};
-use crate::table_files::LinePlace;
+use super::table::{LoadAxes, LoadCase, LoadCaseTable, VectorQuantity};
+use crate::readings::{ReadingStatus, RecordTable, TableError};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Load cases from a table.
@@ -20,42 +19,37 @@ use stiffbench_units_and_text::test_point::PoseId;
 /// - `input`: its bytes; read once, in pieces.
 ///
 /// # Errors
-/// [`LoadCaseError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_load_cases(
-    source: &str,
-    input: impl Read,
-    options: &ReadOptions,
-) -> Result<LoadCaseTable, LoadCaseError> {
-    let mut text = RecordTable::open(source, input, *options)?;
-    if !text.next_header()? {
-        let file = source.to_owned();
-        return Err(ReadingsError::Empty { file }.into());
-    }
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_load_cases(source: &str, input: impl Read) -> Result<LoadCaseTable, TableError> {
+    let mut text = RecordTable::open(source, input)?;
     let columns = LoadCaseColumns::read(&text)?;
     let mut reader = LoadCaseReader::default();
     while text.next_record()? {
         reader.take(&mut text, &columns)?;
     }
     if reader.cases.is_empty() {
-        let (file, line) = (source.to_owned(), text.header_line);
-        return Err(ReadingsError::NoReadings { file, line }.into());
+        return Err(text.no_readings());
     }
     let has_load = columns.has(VectorQuantity::Force) || columns.has(VectorQuantity::Moment);
-    let mut notes: Vec<LoadCaseNote> = text
-        .assumptions()
-        .into_iter()
-        .map(LoadCaseNote::Text)
-        .collect();
-    notes.extend(columns.notes);
+    let of_text = text.assumptions().into_iter();
+    let of_text = of_text.map(|one| format!("assumed: {one}"));
+    let mut notes: Vec<String> = of_text.chain(columns.notes).collect();
     if columns.axes.is_none() && has_load {
-        notes.push(LoadCaseNote::BaseAxes);
+        let said = "assumed: no column `axes`: components stand along the axes of the base";
+        notes.push(said.to_owned());
     }
     if columns.pose.is_none() {
-        notes.push(LoadCaseNote::NumberedPoses);
+        let said =
+            "assumed: no column `pose`: poses are numbered in the order of their joint values";
+        notes.push(said.to_owned());
     }
     if !reader.rejected.is_empty() {
-        let lines = reader.rejected;
-        notes.push(LoadCaseNote::Rejected { lines });
+        let lines: Vec<String> = reader.rejected.iter().map(u32::to_string).collect();
+        notes.push(format!(
+            "not used, because of its `status`: {}, line {}",
+            counted(lines.len(), "row"),
+            lines.join(", ")
+        ));
     }
     notes.extend(reader.repeated);
     let joints = columns.joints.into_iter().map(|joint| joint.column);
@@ -65,6 +59,7 @@ pub fn read_load_cases(
         joints: joints.collect(),
         cases: reader.cases,
         notes,
+        unused_columns: columns.unused,
     })
 }
 
@@ -74,7 +69,7 @@ struct LoadCaseReader {
     cases: Vec<LoadCase>,
     origin: Option<String>,
     rejected: Vec<u32>,
-    repeated: Vec<LoadCaseNote>,
+    repeated: Vec<String>,
     /// First line of every record, by its bytes.
     seen: HashMap<Vec<u8>, u32>,
     /// Number of each set of joint values, by their bits.
@@ -86,7 +81,7 @@ impl LoadCaseReader {
         &mut self,
         text: &mut RecordTable<'_>,
         columns: &LoadCaseColumns,
-    ) -> Result<(), LoadCaseError> {
+    ) -> Result<(), TableError> {
         let line = text.line;
         if let Some(index) = columns.status
             && text.status(index)? != ReadingStatus::Accepted
@@ -125,13 +120,23 @@ impl LoadCaseReader {
             rotation_rad: read(text, columns.of(VectorQuantity::Rotation))?,
             position_m: read(text, columns.of(VectorQuantity::Position))?,
         };
-        let at = || LinePlace::new(&text.file(), line);
         let is_loaded = case.force_n != [0.0; 3] || case.moment_nm != [0.0; 3];
         if !(is_loaded || columns.has(VectorQuantity::Position)) {
-            return Err(LoadCaseError::NoLoad { at: at() });
+            return Err(TableError::new(
+                "stiffbench::load_cases::no_load",
+                format!("{}: force and moment are zero", text.at(line)),
+                "a load case is the change from the unloaded state: leave out the row, or mark it `rejected` under `status`",
+            ));
         }
         if case.component_count() == 0 {
-            return Err(LoadCaseError::NothingRead { at: at() });
+            return Err(TableError::new(
+                "stiffbench::load_cases::nothing_read",
+                format!(
+                    "{}: no component of displacement, rotation or position",
+                    text.at(line)
+                ),
+                "fill at least one component, or mark the row `rejected` under `status`",
+            ));
         }
         self.cases.push(case);
         self.note_repeated(text);
@@ -143,7 +148,7 @@ impl LoadCaseReader {
         text: &RecordTable<'_>,
         column: Option<usize>,
         joints: &[f64],
-    ) -> Result<PoseId, LoadCaseError> {
+    ) -> Result<PoseId, TableError> {
         let Some(index) = column else {
             let bits = joints.iter().map(|value| value.to_bits()).collect();
             let next = self.poses.len() + 1;
@@ -153,7 +158,7 @@ impl LoadCaseReader {
         let name = text.text(text.field(index)).into_owned();
         if name.is_empty() {
             let expected = "the name of a pose";
-            return Err(text.missing(&text.names[index], expected).into());
+            return Err(text.missing(&text.names[index], expected));
         }
         Ok(PoseId::new(&name))
     }
@@ -166,8 +171,9 @@ impl LoadCaseReader {
         }
         let line = text.line;
         if let Some(&first_line) = self.seen.get(&bytes) {
-            self.repeated
-                .push(LoadCaseNote::RepeatedRow { line, first_line });
+            self.repeated.push(format!(
+                "line {line} repeats line {first_line} word for word; both are kept"
+            ));
         } else {
             self.seen.insert(bytes, line);
         }
@@ -190,7 +196,7 @@ fn axes(text: &RecordTable<'_>, column: Option<usize>) -> LoadAxes {
 fn load(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[f64; 3], ReadingsError> {
+) -> Result<[f64; 3], TableError> {
     let mut values = [0.0; 3];
     for (value, column) in values.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -204,7 +210,7 @@ fn load(
 fn read(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[Option<f64>; 3], ReadingsError> {
+) -> Result<[Option<f64>; 3], TableError> {
     let mut values = [None; 3];
     for (value, column) in values.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -218,7 +224,7 @@ fn required(
     text: &mut RecordTable<'_>,
     column: NumberColumn,
     expected: &'static str,
-) -> Result<f64, ReadingsError> {
+) -> Result<f64, TableError> {
     let NumberColumn { index, conversion } = column;
     let number = text.number(index, conversion)?;
     number.ok_or_else(|| text.missing(&text.names[index], expected))

@@ -3,10 +3,8 @@
 use std::fmt;
 
 use indexmap::IndexSet;
-use thiserror::Error;
 
-use crate::readings::{Assumption, JointColumn};
-use stiffbench_units_and_text::count::counted;
+use crate::readings::JointColumn;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -138,51 +136,6 @@ impl LoadCase {
     }
 }
 
-/// What a reader took for granted, left out or noticed.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum LoadCaseNote {
-    /// Of the text itself.
-    #[error("assumed: {0}")]
-    Text(Assumption),
-    /// A column has another unit than the one it is written in.
-    #[error("assumed: column `{found}` was converted to {unit}")]
-    UnitConverted {
-        /// Its name in the file.
-        found: String,
-        /// The unit it is written in.
-        unit: &'static str,
-    },
-    /// There is no column `axes`.
-    #[error("assumed: no column `axes`: components stand along the axes of the base")]
-    BaseAxes,
-    /// There is no column `pose`: each set of joint values is a pose of its own.
-    #[error("assumed: no column `pose`: poses are numbered in the order of their joint values")]
-    NumberedPoses,
-    /// A column that means nothing here.
-    #[error("column `{0}` means nothing here")]
-    UnusedColumn(String),
-    /// Rows that are marked as not to be used.
-    #[error("not used, because of its `status`: {}, line {}", counted(.lines.len(), "row"), listed(.lines))]
-    Rejected {
-        /// Their lines.
-        lines: Vec<u32>,
-    },
-    /// A row repeats an earlier one word for word.
-    #[error("line {line} repeats line {first_line} word for word; both are kept")]
-    RepeatedRow {
-        /// The later line.
-        line: u32,
-        /// The earlier line.
-        first_line: u32,
-    },
-}
-
-/// Numbers of lines, with commas between them.
-fn listed(lines: &[u32]) -> String {
-    let lines: Vec<String> = lines.iter().map(u32::to_string).collect();
-    lines.join(", ")
-}
-
 /// Load cases of one session, in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoadCaseTable {
@@ -194,8 +147,10 @@ pub struct LoadCaseTable {
     pub joints: Vec<JointColumn>,
     /// The load cases that count.
     pub cases: Vec<LoadCase>,
-    /// What an analysis should know.
-    pub notes: Vec<LoadCaseNote>,
+    /// What its reader took for granted, left out or noticed.
+    pub notes: Vec<String>,
+    /// Columns that mean nothing here.
+    pub unused_columns: Vec<String>,
 }
 
 impl LoadCaseTable {

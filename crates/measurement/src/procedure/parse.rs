@@ -21,10 +21,10 @@ impl Procedure {
         record.name.get_or_insert_with(|| stem(&source.name));
         let plan = listed_nothing(source, &record).map_or_else(
             || Self::from_record(&record),
-            |key| Err(ProcedureProblem::Empty { key }),
+            |key| Err(ProcedureProblem::empty(key)),
         );
         let plan = plan.map_err(|problem| {
-            let at = key_span(source, problem.key());
+            let at = key_span(source, problem.key);
             ProcedureError::new(source, at, problem)
         })?;
         let warnings = unknown.iter().map(|key| key.warning(&source.name));

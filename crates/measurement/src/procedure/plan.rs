@@ -124,7 +124,12 @@ impl Procedure {
         let default = Self::default();
         let loads_n = listed(&record.loads_n, default.loads_n);
         if !record.branches.is_empty() && !record.branches.contains(&Branch::Loading) {
-            return Err(ProcedureProblem::NoLoading);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::no_loading",
+                "branches",
+                "`branches` has no \"loading\"",
+                "write branches = [\"loading\"] or [\"loading\", \"unloading\"]",
+            ));
         }
         let repeat_order = record.repeat_order.unwrap_or(default.repeat_order);
         let procedure = Self {
@@ -225,7 +230,7 @@ impl Procedure {
     /// Checks that one displacement gauge can stand along every load, where none stays along a base axis.
     ///
     /// # Errors
-    /// [`ProcedureProblem::NotAlongAxes`].
+    /// [`ProcedureProblem`] for a load against or across the axes.
     pub fn check_directions(&self) -> Result<(), ProcedureProblem> {
         if self.displacement_axes.is_empty() {
             self.load_axes()?;
@@ -236,17 +241,27 @@ impl Procedure {
     /// The base axes of the loads, for a bench with one displacement gauge that stands along the load.
     ///
     /// # Errors
-    /// [`ProcedureProblem::NotAlongAxes`] for a load against or across the axes, [`ProcedureProblem::GaugesAlongAxes`] for gauges that stay.
+    /// [`ProcedureProblem`] for a load against or across the axes, and for gauges that stay.
     pub fn load_axes(&self) -> Result<Vec<Direction>, ProcedureProblem> {
         if !self.displacement_axes.is_empty() {
-            return Err(ProcedureProblem::GaugesAlongAxes);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::gauges_along_axes",
+                "displacement_axes",
+                "`displacement_axes` asks for displacement gauges along base axes, which only guided and simulated sessions have",
+                "take a procedure without displacement_axes here",
+            ));
         }
         let axis = |direction: &LoadDirection| {
-            direction
-                .axis()
-                .ok_or_else(|| ProcedureProblem::NotAlongAxes {
-                    direction: direction.to_string(),
-                })
+            direction.axis().ok_or_else(|| {
+                ProcedureProblem::new(
+                    "stiffbench::procedure::oblique",
+                    "directions",
+                    format!(
+                        "`directions` has {direction}, and with one displacement gauge loads go along x, y or z"
+                    ),
+                    "read displacements along base axes: displacement_axes = [\"x\", \"y\", \"z\"] in the procedure, or --displacement-axes x,y,z of `session run` and `simulate`",
+                )
+            })
         };
         self.directions.iter().map(axis).collect()
     }
@@ -261,10 +276,14 @@ impl Procedure {
         self.check_numbers()?;
         let readings = self.readings_of_a_cell();
         if readings > MOST_READINGS_OF_A_CELL {
-            return Err(ProcedureProblem::TooLong {
-                readings,
-                most: MOST_READINGS_OF_A_CELL,
-            });
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::too_long",
+                "repeats",
+                format!(
+                    "{readings} readings in one pose and direction, more than {MOST_READINGS_OF_A_CELL}"
+                ),
+                "lower `repeats`, or list fewer loads or holds",
+            ));
         }
         Ok(())
     }
@@ -277,7 +296,7 @@ impl Procedure {
             ("loads", self.loads_n.is_empty()),
         ] {
             if empty {
-                return Err(ProcedureProblem::Empty { key });
+                return Err(ProcedureProblem::empty(key));
             }
         }
         once("poses", poses.unwrap_or_default(), PoseId::clone)?;
@@ -291,7 +310,12 @@ impl Procedure {
         // Readings of one name count as those of one pose and direction.
         once("directions", &self.directions, ToString::to_string)?;
         if self.repeats == 0 {
-            return Err(ProcedureProblem::NoRepeat);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::no_repeat",
+                "repeats",
+                "`repeats` is 0",
+                "give at least 1; from 2 on the scatter between runs can be estimated",
+            ));
         }
         Ok(())
     }
@@ -299,20 +323,40 @@ impl Procedure {
     fn check_orders(&self) -> Result<(), ProcedureProblem> {
         let at_load = self.repeat_order == RepeatOrder::AtLoad;
         if at_load && self.zero == ZeroScope::Run {
-            return Err(ProcedureProblem::ZeroOfRunsAtLoad);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::zero_at_load",
+                "zero",
+                "`zero` is \"run\", but with repeat_order \"at-load\" the runs take turns at every load",
+                "take zero = \"cell\", or repeat_order = \"sweep\"",
+            ));
         }
         if self.unloading && at_load {
-            return Err(ProcedureProblem::UnloadingAtLoad);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::unloading_at_load",
+                "branches",
+                "`branches` has \"unloading\", but with repeat_order \"at-load\" each load is released before the next",
+                "take repeat_order = \"sweep\", or leave \"unloading\" out",
+            ));
         }
         if self.unloading && self.load_order == LoadOrder::Shuffled {
-            return Err(ProcedureProblem::UnloadingShuffled);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::unloading_shuffled",
+                "branches",
+                "`branches` has \"unloading\", but a shuffled order goes up and down anyway",
+                "take load_order = \"ascending\", or leave \"unloading\" out",
+            ));
         }
         Ok(())
     }
 
     fn check_numbers(&self) -> Result<(), ProcedureProblem> {
         let time = |key, value: f64| match value {
-            value if value > LONGEST_S => Err(ProcedureProblem::TooLate { key, value }),
+            value if value > LONGEST_S => Err(ProcedureProblem::new(
+                "stiffbench::procedure::too_late",
+                key,
+                format!("`{key}` is {value} s, more than a week"),
+                "a time is in seconds",
+            )),
             value => finite(key, value),
         };
         for &load_n in &self.loads_n {
@@ -320,23 +364,30 @@ impl Procedure {
         }
         finite("preload", self.preload_n)?;
         if self.loads_n.iter().all(|&load_n| load_n == 0.0) {
-            return Err(ProcedureProblem::OnlyZero);
+            return Err(ProcedureProblem::new(
+                "stiffbench::procedure::only_zero",
+                "loads",
+                "`loads` are all zero",
+                "list at least one load other than 0, in N, for example -50",
+            ));
         }
         let mut after_s = 0.0;
         for &hold_s in &self.holds_s {
             time("holds", hold_s)?;
             if hold_s <= after_s {
-                return Err(ProcedureProblem::Holds { hold_s, after_s });
+                return Err(ProcedureProblem::new(
+                    "stiffbench::procedure::holds",
+                    "holds",
+                    format!("`holds` has {hold_s} s behind {after_s} s"),
+                    "holds count from the time the load was reached: list increasing times above zero, for example [60, 120]",
+                ));
             }
             after_s = hold_s;
         }
         for (_, time_s) in &self.answer_within_s {
             time("answer_within", *time_s)?;
             if *time_s <= 0.0 {
-                return Err(ProcedureProblem::Negative {
-                    key: "answer_within",
-                    value: *time_s,
-                });
+                return Err(ProcedureProblem::negative("answer_within", *time_s));
             }
         }
         self.limits.check()?;
@@ -389,14 +440,19 @@ fn finite(key: &'static str, value: f64) -> Result<(), ProcedureProblem> {
     if value.is_finite() {
         return Ok(());
     }
-    Err(ProcedureProblem::NotFinite { key, value })
+    Err(ProcedureProblem::new(
+        "stiffbench::procedure::not_finite",
+        key,
+        format!("`{key}` is {value}: a finite number is needed"),
+        "loads are finite numbers of newtons, times of seconds",
+    ))
 }
 
 /// Refuses what is no finite number of at least zero.
 pub(super) fn size(key: &'static str, value: f64) -> Result<(), ProcedureProblem> {
     finite(key, value)?;
     if value < 0.0 {
-        return Err(ProcedureProblem::Negative { key, value });
+        return Err(ProcedureProblem::negative(key, value));
     }
     Ok(())
 }
@@ -410,9 +466,11 @@ fn once<T: ToString, K: PartialEq>(
     let keys: Vec<K> = list.iter().map(of).collect();
     match (0..keys.len()).find(|&place| keys[..place].contains(&keys[place])) {
         None => Ok(()),
-        Some(place) => Err(ProcedureProblem::Twice {
+        Some(place) => Err(ProcedureProblem::new(
+            "stiffbench::procedure::twice",
             key,
-            name: list[place].to_string(),
-        }),
+            format!("`{key}` lists {} twice", list[place].to_string()),
+            "take one of them out: the readings of both would be those of one pose and direction; for more readings raise `repeats`",
+        )),
     }
 }

@@ -96,7 +96,12 @@ impl ReadingLimits {
             let Some(value) = value else { continue };
             size(key, value)?;
             if hard.is_some_and(|hard| value > hard) {
-                return Err(ProcedureProblem::WarnsTooLate { key });
+                return Err(ProcedureProblem::new(
+                    "stiffbench::procedure::warns_too_late",
+                    key,
+                    format!("`{key}` is beyond the hard limit"),
+                    "a warning limit is at most the hard limit of the same quantity",
+                ));
             }
         }
         Ok(())
@@ -133,9 +138,7 @@ mod tests {
             force_hard_n: Some(40.0),
             ..limits
         };
-        assert!(matches!(
-            late.check(),
-            Err(ProcedureProblem::WarnsTooLate { .. })
-        ));
+        let problem = late.check().unwrap_err().to_string();
+        assert_eq!(problem, "`limits.force_warn` is beyond the hard limit");
     }
 }

@@ -2,43 +2,40 @@
 
 use std::io::Read;
 
-use super::assumption::AssumptionNote;
 use super::column::Column;
 use super::defaults::fill_defaults;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::header::ColumnHeader;
 use super::row::RowReader;
 use super::table::ReadingTable;
-use super::text_table::{ReadOptions, RecordTable};
+use super::text_table::RecordTable;
+use super::vector_table::{are_of_vectors, read_vectors};
 
 /// Readings from a table.
 ///
 /// Accepted are the columns of `readings.csv` in any order, of which pose, direction, repeat, force and displacement must be there; the
 /// delimiters `,` `;` and tab; decimal point or comma; UTF-8 and, behind a byte order mark, UTF-16; comment lines that start with `#`;
-/// any unit of the column's kind in the column's name. What was decided on the way stands in [`ReadingTable::assumptions`].
+/// any unit of the column's kind in the column's name. A table of a session with gauges along the base axes has a reading for each gauge
+/// under each load. What was decided on the way stands in [`ReadingTable::assumptions`].
 ///
 /// # Arguments
 /// - `source`: the name of the input, for messages.
 /// - `input`: its bytes; read once, in pieces.
 ///
 /// # Errors
-/// [`ReadingsError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_readings(
-    source: &str,
-    input: impl Read,
-    options: &ReadOptions,
-) -> Result<ReadingTable, ReadingsError> {
-    let mut text = RecordTable::open(source, input, *options)?;
-    let header = ColumnHeader::read(&mut text)?;
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_readings(source: &str, input: impl Read) -> Result<ReadingTable, TableError> {
+    let mut text = RecordTable::open(source, input)?;
+    if are_of_vectors(&text.names) {
+        return read_vectors(text);
+    }
+    let header = ColumnHeader::read(&text)?;
     let mut reader = RowReader::new(&header);
     while text.next_record()? {
         reader.take(&mut text)?;
     }
     if reader.readings.is_empty() {
-        return Err(ReadingsError::NoReadings {
-            file: source.to_owned(),
-            line: text.header_line,
-        });
+        return Err(text.no_readings());
     }
     let mut assumptions = text.assumptions();
     assumptions.extend(header.conversions());
@@ -64,7 +61,7 @@ pub fn read_readings(
     let unused = header
         .unused
         .iter()
-        .map(|index| AssumptionNote::UnusedColumn(header.name_at(*index)));
+        .map(|index| format!("column `{}` is not used", header.name_at(*index)));
     table.notes.extend(unused);
     fill_defaults(&mut table, &header, &reader.first_missing)?;
     table.take_stock();

@@ -1,14 +1,16 @@
 //! What a smaller table leaves open: branch, step, target, time.
 
-use super::assumption::Assumption;
+use super::assumption::{absent, absent_columns, first_in_line};
 use super::column::Column;
-use super::error::{FileCell, ReadingsError};
+use super::error::{FileCell, TableError};
 use super::header::ColumnHeader;
 use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
 use super::reading::Reading;
 use super::row::FirstMissing;
 use super::table::ReadingTable;
 use super::targets::{REVERSAL_SHARE, fill_targets};
+use super::text_table::{bad_value, missing_value};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Puts readings in order, fills what their file left open, and states what was assumed.
@@ -19,14 +21,10 @@ pub(super) fn fill_defaults(
     table: &mut ReadingTable,
     header: &ColumnHeader,
     first_missing: &FirstMissing,
-) -> Result<(), ReadingsError> {
+) -> Result<(), TableError> {
     check_half_empty(table, header, first_missing)?;
     put_in_order(table);
-    let absent = Assumption::MISSED
-        .into_iter()
-        .filter(|column| !table.columns.contains(column))
-        .map(Assumption::ColumnAbsent);
-    table.assumptions.extend(absent);
+    table.assumptions.extend(absent_columns(table));
     if !table.has(Column::Time) && table.has(Column::Utc) {
         fill_times(table)?;
     }
@@ -50,45 +48,44 @@ fn check_half_empty(
     table: &ReadingTable,
     header: &ColumnHeader,
     first_missing: &FirstMissing,
-) -> Result<(), ReadingsError> {
+) -> Result<(), TableError> {
     for column in [Column::Seq, Column::Step, Column::Target] {
         if let (true, Some(line)) = (table.has(column), first_missing[column as usize]) {
-            return Err(ReadingsError::MissingValue {
-                cell: FileCell {
-                    file: table.source.clone(),
-                    line,
-                    column: header.name(column),
-                    value: String::new(),
-                },
-                expected: "a number, as in the other lines",
-            });
+            let cell = FileCell {
+                file: table.source.clone(),
+                line,
+                column: header.name(column),
+                value: String::new(),
+            };
+            return Err(missing_value(&cell, "a number, as in the other lines"));
         }
     }
     Ok(())
 }
 
-fn fill_times(table: &mut ReadingTable) -> Result<(), ReadingsError> {
+const TIME_FROM_UTC: &str = "times are seconds since the first `utc`";
+
+fn fill_times(table: &mut ReadingTable) -> Result<(), TableError> {
     let mut first: Option<jiff::Timestamp> = None;
     for reading in &mut table.readings {
         let Some(text) = reading.text.as_deref().filter(|text| !text.utc.is_empty()) else {
             continue;
         };
-        let time: jiff::Timestamp = text.utc.parse().map_err(|_| ReadingsError::BadValue {
-            cell: FileCell {
-                file: table.source.clone(),
-                line: reading.line,
-                column: Column::Utc.name().to_owned(),
-                value: text.utc.to_string(),
-            },
-            expected: "a time like 2026-03-02T09:30:00Z",
-        })?;
+        let cell = || FileCell {
+            file: table.source.clone(),
+            line: reading.line,
+            column: Column::Utc.name().to_owned(),
+            value: text.utc.to_string(),
+        };
+        let time = text.utc.parse::<jiff::Timestamp>();
+        let time = time.map_err(|_| bad_value(&cell(), "a time like 2026-03-02T09:30:00Z"))?;
         let since = time.duration_since(*first.get_or_insert(time));
         reading.time_s = Some(since.as_secs_f64());
     }
-    let no_times = Assumption::ColumnAbsent(Column::Time);
+    let no_times = absent(Column::Time);
     for assumption in &mut table.assumptions {
         if *assumption == no_times {
-            *assumption = Assumption::TimeFromUtc;
+            TIME_FROM_UTC.clone_into(assumption);
         }
     }
     Ok(())
@@ -142,7 +139,7 @@ fn fill_branches(table: &mut ReadingTable) {
         let load = &mut loads[reading.run as usize];
         load.largest_n = load.largest_n.max(size(reading));
     }
-    let (mut unloading, mut first_line) = (0, 0);
+    let mut unloading = Vec::new();
     for reading in &mut table.readings {
         let load = &mut loads[reading.run as usize];
         reading.branch = if reading.is_accepted() {
@@ -151,21 +148,17 @@ fn fill_branches(table: &mut ReadingTable) {
             load.branch
         };
         if reading.branch == Branch::Unloading {
-            unloading += 1;
-            if first_line == 0 {
-                first_line = reading.line;
-            }
+            unloading.push(reading.line);
         }
     }
-    if unloading > 0 {
-        table.assumptions.push(Assumption::DescendingIsUnloading {
-            readings: unloading,
-            line: first_line,
-        });
-    }
+    let what = "loads that go down again are taken as unloading";
+    table.assumptions.extend(first_in_line(what, &unloading));
     let runs = loads.iter().filter(|load| load.reversals > 1).count() as u32;
     if runs > 0 {
-        table.assumptions.push(Assumption::LoadGoesUpAgain { runs });
+        table.assumptions.push(format!(
+            "in {} the load goes up again after it went down: if the loads were shuffled, add a column `branch`",
+            counted(runs, "run")
+        ));
     }
 }
 
@@ -211,10 +204,10 @@ pub(super) mod tests {
     use std::fmt::Write as _;
 
     use super::*;
-    use crate::readings::{ReadOptions, read_readings};
+    use crate::readings::read_readings;
 
     pub(in crate::readings) fn read(text: &str) -> ReadingTable {
-        read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
+        read_readings("t.csv", text.as_bytes()).unwrap()
     }
 
     /// One run of these forces, in a table of five columns.
@@ -224,6 +217,11 @@ pub(super) mod tests {
             writeln!(text, "P1,x,1,{force},{}", index + 1).unwrap();
         }
         read(&text)
+    }
+
+    /// Whether a table was read on an assumption.
+    pub(in crate::readings) fn assumes(table: &ReadingTable, wanted: &str) -> bool {
+        table.assumptions.iter().any(|said| said == wanted)
     }
 
     fn branches(table: &ReadingTable) -> String {
@@ -238,19 +236,14 @@ pub(super) mod tests {
     fn loads_that_go_down_again_are_unloading() {
         let table = five_columns(&[0.0, -9.9, -20.3, -29.8, -20.1, -10.2, 0.0]);
         assert_eq!(branches(&table), "lllluuu");
-        let said = Assumption::DescendingIsUnloading {
-            readings: 3,
-            line: 6,
-        };
-        assert!(table.assumptions.contains(&said));
-        assert!(
-            table
-                .assumptions
-                .contains(&Assumption::TargetsAreMultiples {
-                    load_step_n: 10.0,
-                    off_grid: 0
-                })
-        );
+        assert!(assumes(
+            &table,
+            "loads that go down again are taken as unloading: 3 readings, first in line 6"
+        ));
+        assert!(assumes(
+            &table,
+            "target loads are the multiples of 10 N nearest to the forces"
+        ));
         let steps: Vec<u32> = table.readings.iter().map(|reading| reading.step).collect();
         assert_eq!(steps, [0, 1, 2, 3, 4, 5, 6]);
         let targets: Vec<f64> = table
@@ -282,11 +275,10 @@ pub(super) mod tests {
     fn a_load_that_goes_up_again_is_said() {
         let table = five_columns(&[10.0, 40.0, 20.0, 60.0, 30.0]);
         assert_eq!(branches(&table), "llulu");
-        assert!(
-            table
-                .assumptions
-                .contains(&Assumption::LoadGoesUpAgain { runs: 1 })
-        );
+        assert!(assumes(
+            &table,
+            "in 1 run the load goes up again after it went down: if the loads were shuffled, add a column `branch`"
+        ));
     }
 
     #[test]
@@ -323,32 +315,27 @@ pub(super) mod tests {
             .map(|reading| reading.time_s)
             .collect();
         assert_eq!(times, [Some(0.0), None, Some(12.5)]);
-        assert!(table.assumptions.contains(&Assumption::TimeFromUtc));
-        let no_times = Assumption::ColumnAbsent(Column::Time);
-        assert!(!table.assumptions.contains(&no_times));
+        assert!(assumes(&table, TIME_FROM_UTC));
+        assert!(!assumes(&table, &absent(Column::Time)));
         let local =
             "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
-        let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();
-        assert!(
-            matches!(error, ReadingsError::BadValue { ref cell, .. } if cell.line == 2 && cell.column == "utc")
-        );
+        let error = read_readings("t.csv", local.as_bytes()).unwrap_err();
+        assert_eq!(error.code, "stiffbench::readings::bad_value");
+        let expected = "t.csv, line 2, column `utc`: `8/14/2026 10:46 AM`, expected a time";
+        assert!(error.to_string().starts_with(expected), "{error}");
     }
 
     #[test]
     fn half_a_column_is_an_error() {
         let text =
             "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,0\nP1,x,1,10,1,\n";
-        let error = read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
-        assert!(
-            matches!(error, ReadingsError::MissingValue { ref cell, .. } if cell.line == 3 && cell.column == "step")
-        );
+        let error = read_readings("t.csv", text.as_bytes()).unwrap_err();
+        assert_eq!(error.code, "stiffbench::readings::missing_value");
+        let expected = "t.csv, line 3, column `step`: nothing, expected a number";
+        assert!(error.to_string().starts_with(expected), "{error}");
         // A column without any value is as good as none.
         let text = "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,\n";
         let table = read(text);
-        assert!(
-            table
-                .assumptions
-                .contains(&Assumption::ColumnAbsent(Column::Step))
-        );
+        assert!(assumes(&table, &absent(Column::Step)));
     }
 }

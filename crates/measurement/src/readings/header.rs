@@ -1,16 +1,15 @@
 //! The header of a table: which column stands where, in which unit.
 
-use super::assumption::Assumption;
 use super::column::{Column, NamedColumn, understand};
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::number::Conversion;
 use super::text_table::RecordTable;
-use stiffbench_units_and_text::nearest::{listed_names, nearest};
+use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::quantity::Kind;
 
 /// Where the columns of a file are.
 #[derive(Debug)]
 pub(super) struct ColumnHeader {
-    line: u32,
     /// Names as they stand in the file.
     names: Vec<String>,
     places: [Option<(usize, Conversion)>; Column::ALL.len()],
@@ -19,40 +18,31 @@ pub(super) struct ColumnHeader {
 }
 
 impl ColumnHeader {
-    /// Reads the header of a table.
-    pub(super) fn read(text: &mut RecordTable<'_>) -> Result<Self, ReadingsError> {
-        let file = text.file();
-        if !text.next_header()? {
-            return Err(ReadingsError::Empty { file });
-        }
-        Self::from_names(&file, text.header_line, text.names.clone())
+    /// The header of a table that has all columns of readings along the load.
+    pub(super) fn read(text: &RecordTable<'_>) -> Result<Self, TableError> {
+        let (header, without_unit) = Self::find(text)?;
+        header.check_required(text, &without_unit)?;
+        Ok(header)
     }
 
-    fn from_names(file: &str, line: u32, names: Vec<String>) -> Result<Self, ReadingsError> {
+    /// The columns that a table has, and those that lack a unit.
+    pub(super) fn find(text: &RecordTable<'_>) -> Result<(Self, Vec<(Column, usize)>), TableError> {
         let mut header = Self {
-            line,
             places: [None; Column::ALL.len()],
             unused: Vec::new(),
-            names,
+            names: text.names.clone(),
         };
         let mut without_unit = Vec::new();
         for index in 0..header.names.len() {
             match understand(&header.names[index]) {
                 NamedColumn::Column(column, conversion) => {
                     if let Some((first, _)) = header.places[column as usize] {
-                        return Err(ReadingsError::DuplicateColumn {
-                            file: file.to_owned(),
-                            line,
-                            column: column.name(),
-                            first: header.names[first].clone(),
-                            second: header.names[index].clone(),
-                        });
+                        return Err(text.duplicate(column.name(), first, index));
                     }
                     header.places[column as usize] = Some((index, conversion));
                 }
                 NamedColumn::WrongUnit(column, unit) => {
-                    let unit = format!("`{unit}`");
-                    return Err(wrong_unit(file, line, &header.names[index], column, unit));
+                    return Err(wrong_unit(text, index, Some(unit), column));
                 }
                 NamedColumn::NoUnit(column) => {
                     without_unit.push((column, index));
@@ -61,15 +51,14 @@ impl ColumnHeader {
                 NamedColumn::Unknown => header.unused.push(index),
             }
         }
-        header.check_required(file, &without_unit)?;
-        Ok(header)
+        Ok((header, without_unit))
     }
 
     fn check_required(
         &self,
-        file: &str,
+        text: &RecordTable<'_>,
         without_unit: &[(Column, usize)],
-    ) -> Result<(), ReadingsError> {
+    ) -> Result<(), TableError> {
         let absent = |column: &Column| !self.has(*column);
         // `force` where `force_N` is needed: the unit is missing rather than the column, and no unit is guessed.
         let named = |column: &Column| without_unit.iter().find(|(found, _)| found == column);
@@ -80,27 +69,21 @@ impl ColumnHeader {
         match (missing.as_slice(), no_unit.as_slice()) {
             ([], []) => Ok(()),
             ([], [column, ..]) => {
-                let name = named(column).map_or("", |(_, index)| &self.names[*index]);
-                Err(wrong_unit(
-                    file,
-                    self.line,
-                    name,
-                    *column,
-                    "none".to_owned(),
-                ))
+                let index = named(column).map_or(0, |(_, index)| *index);
+                Err(wrong_unit(text, index, None, *column))
             }
-            ([first, others @ ..], no_unit) => Err(self.missing(file, *first, others, no_unit)),
+            ([first, others @ ..], no_unit) => Err(self.missing(text, *first, others, no_unit)),
         }
     }
 
     /// All that is missing, at once.
     fn missing(
         &self,
-        file: &str,
+        text: &RecordTable<'_>,
         first: Column,
         others: &[Column],
         no_unit: &[Column],
-    ) -> ReadingsError {
+    ) -> TableError {
         let unused = || self.unused.iter().map(|index| self.names[*index].as_str());
         let near = std::iter::once(&first).chain(others).filter_map(|column| {
             let near = nearest(column.name(), unused())?;
@@ -116,6 +99,8 @@ impl ColumnHeader {
                     .to_owned(),
             );
         }
+        let file = text.file();
+        let file = file.as_str();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         // Standard input, and a name with a blank, cannot be copied as they are.
         let (named, stem) = if file.contains(' ') {
@@ -126,18 +111,9 @@ impl ColumnHeader {
         advice.push(format!(
             "columns of other names are read where --direction, --pose or --map state what is missing, and by stiffbench import {named} --out {stem}-session"
         ));
-        let others: Vec<String> = others
-            .iter()
-            .map(|column| format!(", `{column}`"))
-            .collect();
-        ReadingsError::MissingColumn {
-            file: file.to_owned(),
-            line: self.line,
-            column: first.name(),
-            others: others.concat(),
-            found: listed_names(self.names.iter().map(String::as_str)),
-            advice: advice.join("; "),
-        }
+        let missing = std::iter::once(&first).chain(others);
+        let missing: Vec<String> = missing.map(ToString::to_string).collect();
+        text.missing_columns(missing, advice.join("; "))
     }
 
     pub(super) fn has(&self, column: Column) -> bool {
@@ -166,7 +142,7 @@ impl ColumnHeader {
     }
 
     /// The unit conversions in use.
-    pub(super) fn conversions(&self) -> Vec<Assumption> {
+    pub(super) fn conversions(&self) -> Vec<String> {
         let written = |column: Column| {
             let kind = column.kind()?;
             Conversion::from_unit(kind, column.unit())
@@ -175,33 +151,32 @@ impl ColumnHeader {
             .into_iter()
             .filter_map(|column| {
                 let (_, conversion) = self.place(column)?;
-                (written(column)? != conversion).then(|| Assumption::UnitConverted {
-                    column,
-                    found: self.name(column),
+                (written(column)? != conversion).then(|| {
+                    let found = self.name(column);
+                    format!("column `{found}` was converted to {}", column.unit())
                 })
             })
             .collect()
     }
 }
 
-fn wrong_unit(file: &str, line: u32, name: &str, column: Column, unit: String) -> ReadingsError {
-    ReadingsError::WrongUnit {
-        file: file.to_owned(),
-        line,
-        column: name.to_owned(),
-        unit,
-        accepted: column
-            .kind()
-            .map_or("", stiffbench_units_and_text::quantity::Kind::units),
-    }
+fn wrong_unit(
+    text: &RecordTable<'_>,
+    index: usize,
+    unit: Option<&str>,
+    column: Column,
+) -> TableError {
+    text.wrong_unit(index, unit, column.kind().map_or("", Kind::units))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use miette::Diagnostic;
 
-    fn header(names: &str) -> Result<ColumnHeader, ReadingsError> {
-        ColumnHeader::from_names("t.csv", 1, names.split(',').map(str::to_owned).collect())
+    fn header(names: &str) -> Result<ColumnHeader, TableError> {
+        let text = RecordTable::open("t.csv", names.as_bytes())?;
+        ColumnHeader::read(&text)
     }
 
     #[test]
@@ -215,18 +190,10 @@ mod tests {
     #[test]
     fn a_missing_column_names_the_nearest() {
         let error = header("pose,directoin,repeat,force_N,displacement_um").unwrap_err();
-        let ReadingsError::MissingColumn {
-            column,
-            advice,
-            found,
-            ..
-        } = error
-        else {
-            panic!("{error}");
-        };
-        assert_eq!(column, "direction");
+        assert_eq!(error.missing, ["direction"]);
+        let advice = error.help().unwrap().to_string();
         assert!(advice.contains("`directoin`"), "{advice}");
-        assert!(found.contains("`displacement_um`"), "{found}");
+        assert!(error.to_string().contains("`displacement_um`"), "{error}");
     }
 
     #[test]
@@ -237,49 +204,36 @@ mod tests {
             text.contains("no column `direction`, `repeat`, `displacement_um` among"),
             "{text}"
         );
-        let ReadingsError::MissingColumn { advice, .. } = error else {
-            panic!("{text}");
-        };
+        let advice = error.help().unwrap().to_string();
         assert!(advice.contains("`force_N` needs a unit"), "{advice}");
     }
 
     #[test]
     fn a_unit_is_required() {
         let error = header("pose,direction,repeat,force,displacement_um").unwrap_err();
-        let ReadingsError::WrongUnit {
-            column,
-            unit,
-            accepted,
-            ..
-        } = error
-        else {
-            panic!("{error}");
-        };
-        assert_eq!((column.as_str(), unit.as_str()), ("force", "none"));
-        assert!(accepted.starts_with("N, "));
+        let expected = "t.csv, line 1: column `force` has none for its unit, expected one of N, ";
+        assert!(error.to_string().starts_with(expected), "{error}");
     }
 
     #[test]
     fn two_names_for_one_column_are_refused() {
         let error = header("pose,direction,repeat,force_N,load_lbf,displacement_um").unwrap_err();
-        let ReadingsError::DuplicateColumn { first, second, .. } = error else {
-            panic!("{error}");
-        };
-        assert_eq!((first.as_str(), second.as_str()), ("force_N", "load_lbf"));
+        assert_eq!(
+            error.to_string(),
+            "t.csv, line 1: `force_N` and `load_lbf` both give force_N"
+        );
     }
 
     #[test]
     fn conversions_and_unused_columns_are_listed() {
         let header = header("pose,direction,repeat,force_kN,disp_mm,disp_sd_mm,").unwrap();
-        let columns: Vec<String> = header
-            .conversions()
-            .iter()
-            .map(|assumption| match assumption {
-                Assumption::UnitConverted { found, .. } => found.clone(),
-                other => panic!("{other}"),
-            })
-            .collect();
-        assert_eq!(columns, ["force_kN", "disp_mm"]);
+        assert_eq!(
+            header.conversions(),
+            [
+                "column `force_kN` was converted to N",
+                "column `disp_mm` was converted to um"
+            ]
+        );
         let unused: Vec<String> = header.unused.iter().map(|i| header.name_at(*i)).collect();
         assert_eq!(unused, ["disp_sd_mm", "column 7 (no name)"]);
     }

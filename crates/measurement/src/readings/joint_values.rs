@@ -3,7 +3,7 @@
 use toml::{Table, Value};
 
 use super::column::split_unit;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::number::{self, Conversion};
 use super::text_table::RecordTable;
 use super::toml_values::{decimal, in_si};
@@ -86,14 +86,14 @@ impl PlacedJointColumn {
     /// Adds a column of a variable.
     ///
     /// # Errors
-    /// [`ReadingsError::WrongUnit`]; [`ReadingsError::DuplicateColumn`] if the variable has one already.
+    /// [`TableError`] for a unit that is none of a joint, and if the variable has a column already.
     pub(crate) fn add(
         known: &mut Vec<Self>,
         text: &RecordTable<'_>,
         index: usize,
         variable: &str,
         unit: Option<&str>,
-    ) -> Result<(), ReadingsError> {
+    ) -> Result<(), TableError> {
         let measures = unit.and_then(JointUnit::of);
         let wrong_unit = || text.wrong_unit(index, unit, JointUnit::ACCEPTED);
         let (unit, conversion) = measures.ok_or_else(wrong_unit)?;

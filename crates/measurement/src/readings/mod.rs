@@ -2,7 +2,7 @@
 //!
 //! The waist of the program: acquisition ends by writing a session folder, analysis begins by reading one. A reading keeps the
 //! instrument's own text; one that is not used is marked and counted, never dropped. Everything a reader decides that the file does not
-//! say is listed with the table ([`Assumption`]), as is everything it left out ([`Excluded`]).
+//! say is listed with the table, in sentences, as is everything it left out ([`Excluded`]).
 
 mod assumption;
 mod column;
@@ -29,16 +29,16 @@ mod toml_values;
 mod vector_table;
 mod write;
 
-pub use assumption::{Assumption, AssumptionNote, Excluded};
+pub use assumption::Excluded;
 pub use column::Column;
 pub use csv::read_readings;
-pub use error::{FileCell, ReadingsError};
+pub use error::TableError;
 pub use formula::{escape_formula, unescape_formula};
 pub use joint_values::{JointColumn, JointUnit, PoseJoints};
 pub use number::DecimalSign;
 pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
-pub use rows::Delimiter;
+pub use rows::FieldDelimiter;
 pub use session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
     OverdueGauge, ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA,
@@ -46,14 +46,14 @@ pub use session_file::{
 };
 pub use since_zero::SinceZero;
 pub use table::{FieldRow, FileFields, ReadingTable, RunKey, RunNumbers, check_poses};
-pub use text_table::ReadOptions;
-pub use vector_table::{is_readings_header, is_vector_table, read_vector_readings};
+pub use vector_table::{is_readings_header, is_vector_table};
 pub use write::{WrittenRows, write_readings, write_rows};
 
 // What reads any table of numbers, for readers of other tables.
-pub(crate) use assumption::left_out;
+pub(crate) use assumption::{absent_columns, left_out};
 pub(crate) use column::split_unit;
 pub(crate) use encoding::is_spreadsheet;
+pub(crate) use error::{FileCell, line_of};
 pub(crate) use joint_values::PlacedJointColumn;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,

@@ -2,8 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::assumption::Assumption;
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 use super::reading::Reading;
 use super::table::{ReadingTable, RunKey, RunNumbers};
 
@@ -18,11 +17,14 @@ pub(super) fn put_in_order(table: &mut ReadingTable) {
         for (index, reading) in table.readings.iter_mut().enumerate() {
             reading.seq = index as u32 + 1;
         }
-        table.assumptions.push(Assumption::SequenceNotUsed);
+        let said =
+            "numbers under `seq` occur more than once; rows are numbered in the order of the file";
+        table.assumptions.push(said.to_owned());
         return;
     }
     table.readings.sort_unstable_by_key(|reading| reading.seq);
-    table.assumptions.push(Assumption::SortedBySequence);
+    let said = "rows were sorted by `seq`".to_owned();
+    table.assumptions.push(said);
     renumber(table);
 }
 
@@ -82,8 +84,8 @@ fn equal_pairs(
 }
 
 /// # Errors
-/// [`ReadingsError::DuplicateReading`] if two accepted readings claim the same test point, attempt and hold.
-pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsError> {
+/// [`TableError`] if two accepted readings claim the same test point, attempt and hold.
+pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), TableError> {
     let Some((first, second)) = equal_pairs(table, by_test_point).first().copied() else {
         return Ok(());
     };
@@ -91,12 +93,12 @@ pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsErro
         &table.readings[first as usize],
         &table.readings[second as usize],
     );
-    Err(ReadingsError::DuplicateReading {
-        file: table.source.clone(),
-        line: second.line.max(first.line),
-        first_line: first.line.min(second.line),
-        place: format!(
-            "{} {}, {}, step {}, repeat {}, attempt {}",
+    Err(TableError::new(
+        "stiffbench::readings::duplicate_reading",
+        format!(
+            "{}: the same reading as line {} ({} {}, {}, step {}, repeat {}, attempt {}), both accepted",
+            line_of(&table.source, second.line.max(first.line)),
+            first.line.min(second.line),
             second.pose,
             second.direction,
             second.branch,
@@ -104,7 +106,8 @@ pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsErro
             second.repeat,
             second.attempt
         ),
-    })
+        "mark one of them `superseded` under `status`, or distinguish them by `attempt` or `hold_s`",
+    ))
 }
 
 /// Without steps a row that occurs twice cannot be distinguished from two readings that agree; both are kept and reported.
@@ -119,23 +122,22 @@ pub(super) fn note_repeated_rows(table: &mut ReadingTable) {
             .then(time(a).total_cmp(&time(b)))
             .then(hold(a).total_cmp(&hold(b)))
     };
-    let repeated: Vec<Assumption> = equal_pairs(table, order)
-        .into_iter()
-        .map(|(first, second)| Assumption::RepeatedRow {
-            line: table.readings[second as usize].line,
-            first_line: table.readings[first as usize].line,
-        })
-        .collect();
-    table.assumptions.extend(repeated);
+    for pair in equal_pairs(table, order) {
+        let [first, line] = [pair.0, pair.1].map(|index| table.readings[index as usize].line);
+        table.assumptions.push(format!(
+            "line {line} repeats line {first} word for word; both are kept as separate readings"
+        ));
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::{ReadOptions, read_readings};
+    use crate::readings::defaults::tests::assumes;
+    use crate::readings::read_readings;
 
-    fn read(text: &str) -> Result<ReadingTable, ReadingsError> {
-        read_readings("t.csv", text.as_bytes(), &ReadOptions::default())
+    fn read(text: &str) -> Result<ReadingTable, TableError> {
+        read_readings("t.csv", text.as_bytes())
     }
 
     const HEADER: &str = "seq,pose,direction,repeat,force_N,displacement_um,step,hold_s,status\n";
@@ -147,7 +149,7 @@ mod tests {
         let order: Vec<(u32, u32)> = table.readings.iter().map(|r| (r.seq, r.run)).collect();
         assert_eq!(order, [(3, 0), (5, 1), (7, 2)]);
         assert_eq!(table.cells()[0].to_string(), "P1 x");
-        assert!(table.assumptions.contains(&Assumption::SortedBySequence));
+        assert!(assumes(&table, "rows were sorted by `seq`"));
     }
 
     #[test]
@@ -155,7 +157,10 @@ mod tests {
         let text = format!("{HEADER}1,P1,x,1,0,0,0,,\n1,P1,x,2,0,0,0,,\n");
         let table = read(&text).unwrap();
         assert_eq!(table.readings[1].seq, 2);
-        assert!(table.assumptions.contains(&Assumption::SequenceNotUsed));
+        assert!(assumes(
+            &table,
+            "numbers under `seq` occur more than once; rows are numbered in the order of the file"
+        ));
     }
 
     #[test]
@@ -174,17 +179,10 @@ mod tests {
             "{HEADER}1,P1,x,1,0,0,0,5,\n2,P1,x,1,9,1,1,5,\n3,P1,y,1,0,0,0,5,\n4,P1,x,1,9,1,1,5,\n"
         );
         let error = read(&text).unwrap_err();
-        let ReadingsError::DuplicateReading {
-            line,
-            first_line,
-            place,
-            ..
-        } = error
-        else {
-            panic!("{error}");
-        };
-        assert_eq!((first_line, line), (3, 5));
-        assert_eq!(place, "P1 x, loading, step 1, repeat 1, attempt 1");
+        assert_eq!(
+            error.to_string(),
+            "t.csv, line 5: the same reading as line 3 (P1 x, loading, step 1, repeat 1, attempt 1), both accepted"
+        );
     }
 
     #[test]
@@ -200,9 +198,9 @@ mod tests {
         let text = "pose,direction,repeat,force_N,displacement_um\nP1,x,1,10,4\nP1,x,1,20,8\nP1,x,1,20,8\n";
         let table = read(text).unwrap();
         assert_eq!(table.readings.len(), 3);
-        assert!(table.assumptions.contains(&Assumption::RepeatedRow {
-            line: 4,
-            first_line: 3
-        }));
+        assert!(assumes(
+            &table,
+            "line 4 repeats line 3 word for word; both are kept as separate readings"
+        ));
     }
 }

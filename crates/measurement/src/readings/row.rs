@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::header::ColumnHeader;
 use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::rows::text_of;
@@ -44,12 +44,8 @@ impl<'a> RowReader<'a> {
     }
 
     /// Adds the reading of the current record.
-    pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), ReadingsError> {
+    pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), TableError> {
         self.check_session(table)?;
-        if self.origin.is_none() {
-            let origin = self.text(table, Column::Origin);
-            self.origin = origin.filter(|origin| !origin.is_empty());
-        }
         let pose = self.pose(table)?;
         let direction = self.direction(table)?;
         let repeat = self.repeat(table)?;
@@ -57,29 +53,13 @@ impl<'a> RowReader<'a> {
         let zero = self.text(table, Column::Zero);
         let run = self.runs.number(&pose, direction, repeat, run.as_deref());
         let zero = self.zeros.number(&pose, direction, repeat, zero.as_deref());
-        let seq = self.count(table, Column::Seq)?;
-        let step = self.count(table, Column::Step)?;
-        let attempt = self.count(table, Column::Attempt)?;
         let reading = Reading {
-            line: table.line,
-            seq: seq.unwrap_or(self.readings.len() as u32 + 1),
-            pose,
             direction,
-            load: None,
-            branch: self.branch(table)?,
-            step: step.unwrap_or(0),
-            repeat,
-            attempt: attempt.unwrap_or(1),
             run,
             zero,
-            status: self.status(table)?,
-            target_n: self.number(table, Column::Target)?.unwrap_or(0.0),
             force_n: self.required_number(table, Column::Force)?,
             displacement_m: self.required_number(table, Column::Displacement)?,
-            time_s: self.number(table, Column::Time)?,
-            hold_s: self.number(table, Column::Hold)?,
-            temperature_deg_c: self.number(table, Column::Temperature)?,
-            text: None,
+            ..self.common(table, pose, repeat)?
         };
         let text = self.texts(table)?;
         let reading = Reading { text, ..reading };
@@ -87,7 +67,44 @@ impl<'a> RowReader<'a> {
         Ok(())
     }
 
-    fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), ReadingsError> {
+    /// What the readings of the current record have in common: all but direction, run, zero, force, displacement and texts.
+    pub(super) fn common(
+        &mut self,
+        table: &mut RecordTable<'_>,
+        pose: PoseId,
+        repeat: u32,
+    ) -> Result<Reading, TableError> {
+        if self.origin.is_none() {
+            let origin = self.text(table, Column::Origin);
+            self.origin = origin.filter(|origin| !origin.is_empty());
+        }
+        let seq = self.count(table, Column::Seq)?;
+        let step = self.count(table, Column::Step)?;
+        let attempt = self.count(table, Column::Attempt)?;
+        Ok(Reading {
+            line: table.line,
+            seq: seq.unwrap_or(self.readings.len() as u32 + 1),
+            pose,
+            direction: Direction::X,
+            load: None,
+            branch: self.branch(table)?,
+            step: step.unwrap_or(0),
+            repeat,
+            attempt: attempt.unwrap_or(1),
+            run: 0,
+            zero: 0,
+            status: self.status(table)?,
+            target_n: self.number(table, Column::Target)?.unwrap_or(0.0),
+            force_n: 0.0,
+            displacement_m: 0.0,
+            time_s: self.number(table, Column::Time)?,
+            hold_s: self.number(table, Column::Hold)?,
+            temperature_deg_c: self.number(table, Column::Temperature)?,
+            text: None,
+        })
+    }
+
+    fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), TableError> {
         if !self.header.has(Column::Session) {
             return Ok(());
         }
@@ -105,13 +122,14 @@ impl<'a> RowReader<'a> {
                 if *first == second {
                     return Ok(());
                 }
-                Err(ReadingsError::SeveralSessions {
-                    file: table.file(),
-                    line: table.line,
-                    first: first.clone(),
-                    first_line: *first_line,
-                    second: second.into_owned(),
-                })
+                Err(TableError::new(
+                    "stiffbench::readings::several_sessions",
+                    format!(
+                        "{}: session `{second}`, but line {first_line} has session `{first}`",
+                        table.at(table.line)
+                    ),
+                    "times and gauge zeros of different sessions do not compare; write each session into its own file",
+                ))
             }
         }
     }
@@ -140,12 +158,12 @@ impl<'a> RowReader<'a> {
         self.header.place(column).map(|(index, _)| index)
     }
 
-    fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
+    pub(super) fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
         let field = self.noted(table, column)?;
         Some(table.text(field).into_owned())
     }
 
-    fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, ReadingsError> {
+    pub(super) fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, TableError> {
         let Some(name) = self.noted(table, Column::Pose) else {
             return Err(self.missing(table, Column::Pose, "the name of a pose"));
         };
@@ -157,7 +175,7 @@ impl<'a> RowReader<'a> {
         Ok(pose)
     }
 
-    fn direction(&mut self, table: &RecordTable<'_>) -> Result<Direction, ReadingsError> {
+    fn direction(&mut self, table: &RecordTable<'_>) -> Result<Direction, TableError> {
         const EXPECTED: &str = "x, y or z";
         match self.noted(table, Column::Direction) {
             Some(b"x" | b"X") => Ok(Direction::X),
@@ -168,26 +186,26 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, ReadingsError> {
+    fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, TableError> {
         let index = self.place(table, Column::Branch);
         index.map_or(Ok(Branch::Loading), |index| table.branch(index))
     }
 
-    fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, ReadingsError> {
+    fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, TableError> {
         let index = self.place(table, Column::Status);
         index.map_or(Ok(ReadingStatus::Accepted), |index| table.status(index))
     }
 
-    fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, ReadingsError> {
+    fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, TableError> {
         let repeat = self.count(table, Column::Repeat)?;
         repeat.ok_or_else(|| self.missing(table, Column::Repeat, "a whole number from 1"))
     }
 
-    fn count(
+    pub(super) fn count(
         &mut self,
         table: &RecordTable<'_>,
         column: Column,
-    ) -> Result<Option<u32>, ReadingsError> {
+    ) -> Result<Option<u32>, TableError> {
         let least = u32::from(matches!(column, Column::Attempt | Column::Repeat));
         let index = self.place(table, column);
         index.map_or(Ok(None), |index| table.count(index, least))
@@ -197,7 +215,7 @@ impl<'a> RowReader<'a> {
         &mut self,
         table: &mut RecordTable<'_>,
         column: Column,
-    ) -> Result<Option<f64>, ReadingsError> {
+    ) -> Result<Option<f64>, TableError> {
         if self.noted(table, column).is_none() {
             return Ok(None);
         }
@@ -211,16 +229,16 @@ impl<'a> RowReader<'a> {
         &mut self,
         table: &mut RecordTable<'_>,
         column: Column,
-    ) -> Result<f64, ReadingsError> {
+    ) -> Result<f64, TableError> {
         let number = self.number(table, column)?;
         number.ok_or_else(|| self.missing(table, column, "a number"))
     }
 
     /// The texts of a reading, if there are any; the instruments' own are kept with the blanks around them.
-    fn texts(
+    pub(super) fn texts(
         &mut self,
         table: &mut RecordTable<'_>,
-    ) -> Result<Option<Box<ReadingText>>, ReadingsError> {
+    ) -> Result<Option<Box<ReadingText>>, TableError> {
         let zero_si = [
             self.number(table, Column::ForceZero)?,
             self.number(table, Column::DisplacementZero)?,
@@ -265,7 +283,7 @@ impl<'a> RowReader<'a> {
         table: &RecordTable<'_>,
         column: Column,
         expected: &'static str,
-    ) -> ReadingsError {
+    ) -> TableError {
         table.missing(&self.header.name(column), expected)
     }
 }

@@ -1,59 +1,68 @@
 //! Lines to records: delimiter, quotes, comments, blank lines, each with the right line number.
 
+use std::fmt;
 use std::io::Read;
 
 use csv_core::ReadRecordResult;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::column::{NamedColumn, understand};
 use super::encoding::{Encoding, Utf8Source};
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 
-/// The sign between fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Delimiter {
-    /// `,`
-    Comma,
-    /// `;`
-    Semicolon,
+/// What delimits the fields of a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FieldDelimiter {
     /// A tab.
     Tab,
+    /// `;`
+    Semicolon,
+    /// `,`
+    Comma,
+    /// One or more blanks or tabs.
+    Blanks,
 }
 
-impl Delimiter {
-    /// Those a header is tried with, in order of preference.
-    const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
+impl FieldDelimiter {
+    /// All, in the order in which a table of another program is tried with them.
+    pub(crate) const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
 
-    fn byte(self) -> u8 {
-        match self {
-            Self::Comma => b',',
-            Self::Semicolon => b';',
-            Self::Tab => b'\t',
-        }
-    }
+    /// Those a header of readings is tried with, in order of preference.
+    const OF_READINGS: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
 
-    pub(super) fn word(self) -> &'static str {
+    /// The sign between two fields; `None` for blanks, of which there may be several.
+    pub(crate) fn sign(self) -> Option<char> {
         match self {
-            Self::Comma => "comma",
-            Self::Semicolon => "semicolon",
-            Self::Tab => "tab",
+            Self::Tab => Some('\t'),
+            Self::Semicolon => Some(';'),
+            Self::Comma => Some(','),
+            Self::Blanks => None,
         }
     }
 
     /// The delimiter under which most names of a header are understood; with none understood, the one that splits it most.
     fn of_header(header: &str) -> Self {
         let score = |delimiter: &Self| {
-            let names = header.split(char::from(delimiter.byte()));
+            let names = header.split(delimiter.sign().unwrap_or(','));
             let understood = names
                 .clone()
                 .filter(|name| understand(name.trim().trim_matches('"')) != NamedColumn::Unknown);
             (understood.count(), names.count())
         };
         // The last maximum wins in max_by_key, hence the reversal: with equal scores the comma is taken.
-        Self::ALL
+        Self::OF_READINGS
             .into_iter()
             .rev()
             .max_by_key(score)
             .unwrap_or(Self::Comma)
+    }
+}
+
+impl fmt::Display for FieldDelimiter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -65,7 +74,7 @@ pub(super) struct Rows<'a> {
     file: String,
     input: Utf8Source<'a>,
     parser: csv_core::Reader,
-    delimiter: Delimiter,
+    delimiter: FieldDelimiter,
     /// The line being worked on, with its line end.
     line: Vec<u8>,
     lines_taken: u32,
@@ -81,22 +90,23 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Finds the header and, unless `delimiter` is given, how its fields are delimited.
-    pub(super) fn open(
-        file: &str,
-        input: impl Read + 'a,
-        delimiter: Option<Delimiter>,
-    ) -> Result<Self, ReadingsError> {
+    /// Finds the header and how its fields are delimited.
+    pub(super) fn open(file: &str, input: impl Read + 'a) -> Result<Self, TableError> {
         let input = Utf8Source::new(input).map_err(|error| input_error(file, 0, error))?;
         if input.is_spreadsheet {
-            let file = file.to_owned();
-            return Err(ReadingsError::Spreadsheet { file });
+            return Err(TableError::new(
+                "stiffbench::readings::spreadsheet",
+                format!(
+                    "{file}: the file is a spreadsheet or an archive, and this command reads text"
+                ),
+                "stiffbench import FILE --out FOLDER makes a session of a spreadsheet; or save the sheet as CSV",
+            ));
         }
         let mut rows = Self {
             file: file.to_owned(),
             input,
             parser: csv_core::Reader::new(),
-            delimiter: delimiter.unwrap_or(Delimiter::Comma),
+            delimiter: FieldDelimiter::Comma,
             line: Vec::new(),
             lines_taken: 0,
             header_pending: false,
@@ -107,16 +117,18 @@ impl<'a> Rows<'a> {
             blank: Vec::new(),
             comments: Vec::new(),
         };
-        rows.find_header(delimiter)?;
+        rows.find_header()?;
+        let sign = rows.delimiter.sign();
+        let sign = sign.and_then(|sign| u8::try_from(sign).ok());
         rows.parser = csv_core::ReaderBuilder::new()
-            .delimiter(rows.delimiter.byte())
+            .delimiter(sign.unwrap_or(b','))
             .terminator(csv_core::Terminator::Any(b'\n'))
             .build();
         Ok(rows)
     }
 
-    fn find_header(&mut self, delimiter: Option<Delimiter>) -> Result<(), ReadingsError> {
-        let mut told = delimiter;
+    fn find_header(&mut self) -> Result<(), TableError> {
+        let mut told = None;
         while self.take_line()? {
             if self.line.contains(&0) {
                 return Err(self.not_text());
@@ -127,37 +139,51 @@ impl<'a> Rows<'a> {
             let header = text_of(&self.line).0;
             // Spreadsheets understand a first line `sep=;`.
             if let Some(sign) = header.trim_ascii().strip_prefix("sep=") {
-                let named = Delimiter::ALL
+                let named = FieldDelimiter::OF_READINGS
                     .into_iter()
-                    .find(|known| sign.as_bytes() == [known.byte()]);
+                    .find(|known| known.sign().is_some_and(|known| sign == known.to_string()));
                 if named.is_some() || sign.is_empty() {
                     // A tab is trimmed away with the blanks around the line.
-                    told = told.or(named).or(Some(Delimiter::Tab));
+                    told = told.or(named).or(Some(FieldDelimiter::Tab));
                     self.comments.push(self.lines_taken);
                     continue;
                 }
             }
-            self.delimiter = told.unwrap_or_else(|| Delimiter::of_header(&header));
+            self.delimiter = told.unwrap_or_else(|| FieldDelimiter::of_header(&header));
             self.header_pending = true;
             return Ok(());
         }
-        Err(ReadingsError::Empty {
-            file: self.file.clone(),
-        })
+        Err(self.empty())
+    }
+
+    /// The error for a file with nothing but blank lines and comments.
+    pub(super) fn empty(&self) -> TableError {
+        TableError::new(
+            "stiffbench::readings::empty",
+            format!(
+                "{}: the file is empty, expected a header line with column names",
+                self.file
+            ),
+            "the smallest table has the columns pose,direction,repeat,force_N,displacement_um",
+        )
     }
 
     pub(super) fn file(&self) -> &str {
         &self.file
     }
 
-    fn not_text(&self) -> ReadingsError {
-        ReadingsError::NotText {
-            file: self.file.clone(),
-            line: self.lines_taken,
-        }
+    fn not_text(&self) -> TableError {
+        TableError::new(
+            "stiffbench::readings::not_text",
+            format!(
+                "{}: the bytes here are not text",
+                line_of(&self.file, self.lines_taken)
+            ),
+            "save the table as UTF-8 text; UTF-16 needs its byte order mark",
+        )
     }
 
-    pub(super) fn delimiter(&self) -> Delimiter {
+    pub(super) fn delimiter(&self) -> FieldDelimiter {
         self.delimiter
     }
 
@@ -170,7 +196,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Moves to the next record and gives the line it starts on; `None` at the end.
-    pub(super) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
+    pub(super) fn next_record(&mut self) -> Result<Option<u32>, TableError> {
         loop {
             if !std::mem::take(&mut self.header_pending) {
                 if !self.take_line()? {
@@ -208,7 +234,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn take_line(&mut self) -> Result<bool, ReadingsError> {
+    fn take_line(&mut self) -> Result<bool, TableError> {
         self.line.clear();
         let taken = self
             .input
@@ -217,12 +243,13 @@ impl<'a> Rows<'a> {
         if taken == 0 {
             return Ok(false);
         }
-        self.lines_taken =
-            self.lines_taken
-                .checked_add(1)
-                .ok_or_else(|| ReadingsError::TooLong {
-                    file: self.file.clone(),
-                })?;
+        self.lines_taken = self.lines_taken.checked_add(1).ok_or_else(|| {
+            TableError::new(
+                "stiffbench::readings::too_long",
+                format!("{}: more than 4294967295 lines", self.file),
+                "split the file by session",
+            )
+        })?;
         let replaced = |text: &[u8]| text.windows(3).any(|bytes| bytes == "\u{fffd}".as_bytes());
         if self.encoding() == Encoding::Utf16 && replaced(&self.line) {
             return Err(self.not_text());
@@ -248,7 +275,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Splits the line, and those after it as long as a quote is open, into fields.
-    fn split_record(&mut self, start: u32) -> Result<(), ReadingsError> {
+    fn split_record(&mut self, start: u32) -> Result<(), TableError> {
         let (mut written, mut count, mut read) = (0, 0, 0);
         loop {
             let needed = written + self.line.len() - read + 1;
@@ -270,10 +297,14 @@ impl<'a> Rows<'a> {
                 ReadRecordResult::InputEmpty => {
                     read = 0;
                     if !self.take_line()? {
-                        return Err(ReadingsError::UnclosedQuote {
-                            file: self.file.clone(),
-                            line: start,
-                        });
+                        return Err(TableError::new(
+                            "stiffbench::readings::unclosed_quote",
+                            format!(
+                                "{}: a quoted field that starts here never ends",
+                                line_of(&self.file, start)
+                            ),
+                            "close the quotation mark, or double it if it belongs to the text",
+                        ));
                     }
                 }
             }
@@ -293,17 +324,21 @@ pub(crate) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
     (text.into(), true)
 }
 
-fn input_error(file: &str, line: u32, error: std::io::Error) -> ReadingsError {
-    let file = file.to_owned();
-    ReadingsError::Io { file, line, error }
+fn input_error(file: &str, line: u32, error: std::io::Error) -> TableError {
+    TableError::new(
+        "stiffbench::readings::io",
+        format!("{file}: reading stopped after line {line}"),
+        "the file or stream could not be read to its end; see the cause",
+    )
+    .caused_by(error)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, ReadingsError> {
-        let mut rows = Rows::open("t.csv", text.as_bytes(), None)?;
+    fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, TableError> {
+        let mut rows = Rows::open("t.csv", text.as_bytes())?;
         let mut records = Vec::new();
         while let Some(line) = rows.next_record()? {
             let fields = (0..rows.len()).map(|i| text_of(rows.field(i)).0.into_owned());
@@ -326,23 +361,26 @@ mod tests {
 
     #[test]
     fn what_is_passed_over_is_listed() {
-        let mut rows = Rows::open("t.csv", &b"pose;note\n#x\n;;\n\nP1;a\n"[..], None).unwrap();
+        let mut rows = Rows::open("t.csv", &b"pose;note\n#x\n;;\n\nP1;a\n"[..]).unwrap();
         while rows.next_record().unwrap().is_some() {}
         assert_eq!((rows.blank, rows.comments), (vec![3, 4], vec![2]));
     }
 
     #[test]
     fn delimiters_are_recognised() {
-        let delimiter = |text: &str| Rows::open("t", text.as_bytes(), None).unwrap().delimiter();
-        assert_eq!(delimiter("pose,direction"), Delimiter::Comma);
-        assert_eq!(delimiter("pose;direction;force_N"), Delimiter::Semicolon);
-        assert_eq!(delimiter("pose\tdirection"), Delimiter::Tab);
-        assert_eq!(delimiter("sep=;\na,b"), Delimiter::Semicolon);
-        assert_eq!(delimiter("pose"), Delimiter::Comma);
+        let delimiter = |text: &str| Rows::open("t", text.as_bytes()).unwrap().delimiter();
+        assert_eq!(delimiter("pose,direction"), FieldDelimiter::Comma);
+        assert_eq!(
+            delimiter("pose;direction;force_N"),
+            FieldDelimiter::Semicolon
+        );
+        assert_eq!(delimiter("pose\tdirection"), FieldDelimiter::Tab);
+        assert_eq!(delimiter("sep=;\na,b"), FieldDelimiter::Semicolon);
+        assert_eq!(delimiter("pose"), FieldDelimiter::Comma);
         // The comma stands in a name here; the names are understood only when split at the semicolon.
         assert_eq!(
             delimiter("pose;force_N;note, free, text"),
-            Delimiter::Semicolon
+            FieldDelimiter::Semicolon
         );
     }
 
@@ -355,48 +393,44 @@ mod tests {
     #[test]
     fn an_open_quote_is_reported_where_it_starts() {
         let error = records("pose,note\nP1,\"a\nP2,b\n").unwrap_err();
-        assert!(matches!(
-            error,
-            ReadingsError::UnclosedQuote { line: 2, .. }
-        ));
+        assert_eq!(
+            error.to_string(),
+            "t.csv, line 2: a quoted field that starts here never ends"
+        );
     }
 
     #[test]
     fn empty_and_binary_input_are_distinguished() {
-        assert!(matches!(records(""), Err(ReadingsError::Empty { .. })));
-        assert!(matches!(
-            records("\n# nothing\n"),
-            Err(ReadingsError::Empty { .. })
-        ));
-        let zeros = records("p\0o\0s\0e\0");
-        assert!(matches!(zeros, Err(ReadingsError::NotText { line: 1, .. })));
+        let error = |text: &str| records(text).unwrap_err();
+        assert_eq!(error("").code, "stiffbench::readings::empty");
+        assert_eq!(error("\n# nothing\n").code, "stiffbench::readings::empty");
+        let zeros = error("p\0o\0s\0e\0").to_string();
+        assert_eq!(zeros, "t.csv, line 1: the bytes here are not text");
     }
 
     #[test]
     fn broken_utf16_is_no_text() {
         for broken in [&b"\xFF\xFEa\0\n\0b"[..], b"\xFF\xFEa\0\n\0\x00\xD8b\0"] {
-            let error = Rows::open("t.csv", broken, None).and_then(|mut rows| {
+            let error = Rows::open("t.csv", broken).and_then(|mut rows| {
                 rows.next_record()?;
                 rows.next_record()
             });
-            assert!(matches!(error, Err(ReadingsError::NotText { line: 2, .. })));
+            let error = error.unwrap_err().to_string();
+            assert_eq!(error, "t.csv, line 2: the bytes here are not text");
         }
     }
 
     #[test]
     fn spreadsheets_are_named() {
         for bytes in [&b"PK\x03\x04\x14\0"[..], b"\xD0\xCF\x11\xE0\xA1\xB1"] {
-            let Err(error) = Rows::open("t.xlsx", bytes, None) else {
+            let Err(error) = Rows::open("t.xlsx", bytes) else {
                 panic!("{bytes:?}");
             };
-            assert!(
-                matches!(error, ReadingsError::Spreadsheet { .. }),
-                "{error}"
-            );
+            assert_eq!(error.code, "stiffbench::readings::spreadsheet");
             let help = miette::Diagnostic::help(&error).unwrap().to_string();
             assert!(help.contains("stiffbench import FILE"), "{help}");
         }
-        assert!(Rows::open("t.csv", &b"PK,b\n1,2\n"[..], None).is_ok());
+        assert!(Rows::open("t.csv", &b"PK,b\n1,2\n"[..]).is_ok());
     }
 
     #[test]

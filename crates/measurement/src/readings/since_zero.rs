@@ -48,7 +48,7 @@ impl ReadingTable {
 
 #[cfg(test)]
 mod tests {
-    use crate::readings::{ReadOptions, read_readings};
+    use crate::readings::read_readings;
 
     #[test]
     fn each_zero_has_a_clock_and_a_thermometer_of_its_own() {
@@ -58,14 +58,14 @@ mod tests {
             P1,x,1,-10,-200,25,20.5,accepted\n\
             P1,x,2,0,0,100,21.0,accepted\n\
             P1,x,2,-10,-200,115,,accepted\n";
-        let table = read_readings("r.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+        let table = read_readings("r.csv", text.as_bytes()).unwrap();
         let since = table.since_zero();
         let times: Vec<f64> = since.iter().filter_map(|s| s.time_s).collect();
         assert_eq!(times, [-1.0, 0.0, 15.0, 0.0, 15.0]);
         let warming: Vec<Option<f64>> = since.iter().map(|s| s.warming_k).collect();
         assert_eq!(warming, [Some(-1.0), Some(0.0), Some(0.5), Some(0.0), None]);
         let bare = "pose,direction,repeat,force_N,displacement_um\nP1,x,1,-10,-200\n";
-        let table = read_readings("r.csv", bare.as_bytes(), &ReadOptions::default()).unwrap();
+        let table = read_readings("r.csv", bare.as_bytes()).unwrap();
         assert_eq!(table.since_zero()[0].time_s, None);
     }
 }

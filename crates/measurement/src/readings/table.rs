@@ -3,9 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 
-use super::assumption::{Assumption, AssumptionNote, Excluded};
+use super::assumption::{Excluded, first_in_line};
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::{TableError, line_of};
 use super::joint_values::PoseJoints;
 use super::reading::{Reading, ReadingStatus};
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -133,11 +133,11 @@ pub struct ReadingTable {
     /// The columns that hold at least one value, in written order.
     pub columns: Vec<Column>,
     /// What the reader decided where the file leaves it open.
-    pub assumptions: Vec<Assumption>,
+    pub assumptions: Vec<String>,
     /// What does not count.
     pub excluded: Excluded,
     /// What an analysis should know.
-    pub notes: Vec<AssumptionNote>,
+    pub notes: Vec<String>,
     /// What the load of each run is called in a file of readings along the base axes, by [`Reading::run`].
     pub load_names: Vec<String>,
     /// A reading of each load of the series without any force, whose direction nobody knows: kept, but in no run and no analysis.
@@ -274,11 +274,8 @@ impl ReadingTable {
             .filter(|reading| reading.force_n == 0.0 && reading.target_n != 0.0)
             .map(|reading| reading.line)
             .collect();
-        if let Some(line) = unloaded.first().copied() {
-            let readings = unloaded.len() as u32;
-            self.notes
-                .push(AssumptionNote::ZeroForceAtTarget { readings, line });
-        }
+        let what = "zero force at a target load other than zero";
+        self.notes.extend(first_in_line(what, &unloaded));
         self.note_duplicates();
         self.note_cells();
     }
@@ -301,11 +298,10 @@ impl ReadingTable {
             })
             .map(|reading| reading.line)
             .collect();
-        if let Some(line) = twice.first().copied() {
-            let readings = twice.len() as u32;
-            self.notes
-                .push(AssumptionNote::DuplicateRows { readings, line });
-        }
+        let what = "identical in every number to an earlier row of the same run";
+        let twice = first_in_line(what, &twice);
+        let asked = twice.map(|twice| format!("{twice}; was part of the file pasted twice?"));
+        self.notes.extend(asked);
     }
 
     fn note_cells(&mut self) {
@@ -325,10 +321,14 @@ impl ReadingTable {
         for (cell, seen) in cells.iter().zip(&seen) {
             let Some(seen) = seen else { continue };
             if !seen.several_repeats {
-                self.notes.push(AssumptionNote::OneRepeat(cell.clone()));
+                self.notes.push(format!(
+                    "{cell} has one repeat: the scatter between repeats is unknown"
+                ));
             }
             if !seen.loaded {
-                self.notes.push(AssumptionNote::NoLoad(cell.clone()));
+                self.notes.push(format!(
+                    "{cell} has no force other than zero, so it has no stiffness"
+                ));
             }
         }
     }
@@ -345,8 +345,8 @@ struct SeenCell {
 /// Checks that every pose of a table is one of `known`, the poses of the robot or procedure file.
 ///
 /// # Errors
-/// [`ReadingsError::UnknownPose`] for the first pose that is not, with its first line and the nearest known name.
-pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), ReadingsError> {
+/// [`TableError`] for the first pose that is not, with its first line and the nearest known name.
+pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), TableError> {
     let Some(pose) = table.poses().into_iter().find(|pose| !known.contains(pose)) else {
         return Ok(());
     };
@@ -359,13 +359,13 @@ pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), Reading
         Some(near) => format!("is `{near}` meant?"),
         None => "correct the name, or add the pose to the robot or procedure file".to_owned(),
     };
-    Err(ReadingsError::UnknownPose {
-        file: table.source.clone(),
-        line,
-        pose: pose.to_string(),
-        known: listed_names(known.iter().map(PoseId::as_str)),
+    let at = line_of(&table.source, line);
+    let known = listed_names(known.iter().map(PoseId::as_str));
+    Err(TableError::new(
+        "stiffbench::readings::unknown_pose",
+        format!("{at}, column `pose`: `{pose}` is not one of the known poses {known}"),
         advice,
-    })
+    ))
 }
 
 #[cfg(test)]

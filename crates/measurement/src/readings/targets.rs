@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-use super::assumption::Assumption;
 use super::reading::Reading;
 use super::table::ReadingTable;
 use stiffbench_numeric::statistics::mean;
+use stiffbench_units_and_text::count::counted;
 
 /// A load counts as gone down (or up again) when it moves by more than this share of the largest load of its run.
 ///
@@ -29,6 +29,11 @@ const ZERO_SHARE: f64 = 0.05;
 
 /// This share of the forces must belong to a multiple; the rest may be slips of the hand.
 const ON_GRID_SHARE: f64 = 0.95;
+
+const TARGETS_ARE_FORCES: &str =
+    "the forces have no common load step: each force is its own target";
+
+const TARGETS_ARE_MEANS: &str = "where all forces of a pose and direction, or of a run, differ by no more than 5 %, they are one load, and its target is their mean";
 
 /// Whether forces are one load: from the smallest to the largest they differ by no more than what counts as another load.
 pub(crate) fn are_one_load(forces_n: impl Iterator<Item = f64>) -> bool {
@@ -55,10 +60,16 @@ pub(super) fn fill_targets(table: &mut ReadingTable) {
         }
         reading.target_n = multiple.unwrap_or(reading.force_n);
     }
-    table.assumptions.push(Assumption::TargetsAreMultiples {
-        load_step_n,
-        off_grid,
-    });
+    let off_grid = match off_grid {
+        0 => String::new(),
+        _ => format!(
+            "; near no multiple, so that the force is the target: {}",
+            counted(off_grid, "reading")
+        ),
+    };
+    table.assumptions.push(format!(
+        "target loads are the multiples of {load_step_n} N nearest to the forces{off_grid}"
+    ));
 }
 
 fn fill_targets_without_step(table: &mut ReadingTable) {
@@ -73,12 +84,11 @@ fn fill_targets_without_step(table: &mut ReadingTable) {
         means |= mean.is_some();
         own |= mean.is_none();
     }
-    let said = [
-        (means, Assumption::TargetsAreMeans),
-        (own, Assumption::TargetsAreForces),
-    ];
+    let said = [(means, TARGETS_ARE_MEANS), (own, TARGETS_ARE_FORCES)];
     let said = said.into_iter().filter(|(is_so, _)| *is_so);
-    table.assumptions.extend(said.map(|(_, one)| one));
+    table
+        .assumptions
+        .extend(said.map(|(_, one)| one.to_owned()));
 }
 
 /// Mean force, N, of each group of two readings or more whose forces are one load.
@@ -130,7 +140,7 @@ fn common_load_step(forces_n: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::defaults::tests::{five_columns, read};
+    use crate::readings::defaults::tests::{assumes, five_columns, read};
 
     #[test]
     fn load_steps_are_the_coarsest_that_fit() {
@@ -150,14 +160,10 @@ mod tests {
         forces[13] = 44.0;
         let table = five_columns(&forces);
         assert_eq!(table.readings[13].target_n, 44.0);
-        assert!(
-            table
-                .assumptions
-                .contains(&Assumption::TargetsAreMultiples {
-                    load_step_n: 10.0,
-                    off_grid: 1
-                })
-        );
+        assert!(assumes(
+            &table,
+            "target loads are the multiples of 10 N nearest to the forces; near no multiple, so that the force is the target: 1 reading"
+        ));
     }
 
     #[test]
@@ -169,7 +175,7 @@ mod tests {
                 .iter()
                 .all(|reading| reading.target_n == reading.force_n)
         );
-        assert!(table.assumptions.contains(&Assumption::TargetsAreForces));
+        assert!(assumes(&table, TARGETS_ARE_FORCES));
     }
 
     #[test]
@@ -180,8 +186,8 @@ mod tests {
             targets.iter().all(|target| (target - 33.32).abs() < 1e-9),
             "{targets:?}"
         );
-        assert!(table.assumptions.contains(&Assumption::TargetsAreMeans));
-        assert!(!table.assumptions.contains(&Assumption::TargetsAreForces));
+        assert!(assumes(&table, TARGETS_ARE_MEANS));
+        assert!(!assumes(&table, TARGETS_ARE_FORCES));
         // Two loads, one in each run.
         let rows = "1,33.31,1\nP1,x,1,33.24,1\nP1,x,2,71.27,2\nP1,x,2,71.37,2\n";
         let table = read(&format!(

@@ -6,29 +6,37 @@ use std::borrow::Cow;
 use std::cell::Cell;
 use std::io::Read;
 
-use super::assumption::Assumption;
 use super::encoding::Encoding;
-use super::error::{FileCell, ReadingsError};
+use super::error::{FileCell, TableError, line_of};
 use super::formula::unescape_formula;
-use super::number::{Conversion, DecimalSign, NumberFault, NumberReader, read_count};
+use super::number::{Conversion, NumberFault, NumberReader, read_count};
 use super::reading::{BRANCH_WORDS, ReadingStatus, STATUS_WORDS, meaning_of};
-use super::rows::{Delimiter, Rows, text_of};
+use super::rows::{FieldDelimiter, Rows, text_of};
+use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::test_point::Branch;
 
-/// What the caller knows about a file; the rest is found from the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReadOptions {
-    /// The sign between fields.
-    pub delimiter: Option<Delimiter>,
-    /// The decimal sign of the numbers.
-    pub decimal: Option<DecimalSign>,
+/// The error for a field without a value.
+pub(super) fn missing_value(cell: &FileCell, expected: &str) -> TableError {
+    TableError::new(
+        "stiffbench::readings::missing_value",
+        format!("{cell}: nothing, expected {expected}"),
+        "fill the field, or leave the line out",
+    )
+}
+
+/// The error for a field with a wrong value.
+pub(super) fn bad_value(cell: &FileCell, expected: &str) -> TableError {
+    cell.refused(
+        "stiffbench::readings::bad_value",
+        expected,
+        "correct the value; a reading that does not count is marked `rejected` under `status`",
+    )
 }
 
 /// A table that is read record by record.
 pub(crate) struct RecordTable<'a> {
     rows: Rows<'a>,
-    told: ReadOptions,
-    /// Line of the column names; 0 before they were read.
+    /// Line of the column names.
     pub(crate) header_line: u32,
     /// Column names as they stand in the file, without blanks around them.
     pub(crate) names: Vec<String>,
@@ -40,31 +48,25 @@ pub(crate) struct RecordTable<'a> {
 }
 
 impl<'a> RecordTable<'a> {
-    /// Opens a table, of which nothing but encoding and delimiter is known yet.
-    pub(crate) fn open(
-        file: &str,
-        input: impl Read + 'a,
-        told: ReadOptions,
-    ) -> Result<Self, ReadingsError> {
-        Ok(Self {
-            rows: Rows::open(file, input, told.delimiter)?,
-            told,
+    /// Opens a table and takes its first record for the column names.
+    pub(crate) fn open(file: &str, input: impl Read + 'a) -> Result<Self, TableError> {
+        let mut text = Self {
+            rows: Rows::open(file, input)?,
             header_line: 0,
             names: Vec::new(),
             line: 0,
             other_encoding: Cell::new(None),
-            numbers: NumberReader::new(told.decimal),
-        })
+            numbers: NumberReader::new(None),
+        };
+        text.header_line = text.rows.next_record()?.ok_or_else(|| text.rows.empty())?;
+        let name = |index| text_of(text.rows.field(index)).0.trim().to_owned();
+        text.names = (0..text.rows.len()).map(name).collect();
+        Ok(text)
     }
 
     /// The names in the first record of a table; none of a text that is no table.
     pub(crate) fn names_of(bytes: &[u8]) -> Vec<String> {
-        let names = || -> Result<Vec<String>, ReadingsError> {
-            let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
-            text.next_header()?;
-            Ok(text.names)
-        };
-        names().unwrap_or_default()
+        RecordTable::open("", bytes).map_or_else(|_| Vec::new(), |text| text.names)
     }
 
     /// The input, as the caller named it.
@@ -72,21 +74,27 @@ impl<'a> RecordTable<'a> {
         self.rows.file().to_owned()
     }
 
-    /// Takes the next record for the column names; whether there is one.
-    pub(crate) fn next_header(&mut self) -> Result<bool, ReadingsError> {
-        let Some(line) = self.rows.next_record()? else {
-            return Ok(false);
-        };
-        self.header_line = line;
-        let name = |index| text_of(self.rows.field(index)).0.trim().to_owned();
-        self.names = (0..self.rows.len()).map(name).collect();
-        Ok(true)
+    /// A line of the file, for messages.
+    pub(crate) fn at(&self, line: u32) -> String {
+        line_of(self.rows.file(), line)
+    }
+
+    /// The error for a table without a record below the names.
+    pub(crate) fn no_readings(&self) -> TableError {
+        TableError::new(
+            "stiffbench::readings::no_readings",
+            format!(
+                "{}: no reading follows the header",
+                self.at(self.header_line)
+            ),
+            "one line per reading must follow the column names",
+        )
     }
 
     /// Moves to the next record; whether there is one.
     ///
     /// More fields than names are fine as long as they are empty, as spreadsheets leave them.
-    pub(crate) fn next_record(&mut self) -> Result<bool, ReadingsError> {
+    pub(crate) fn next_record(&mut self) -> Result<bool, TableError> {
         let Some(line) = self.rows.next_record()? else {
             return Ok(false);
         };
@@ -97,12 +105,14 @@ impl<'a> RecordTable<'a> {
         {
             return Ok(true);
         }
-        Err(ReadingsError::FieldCount {
-            file: self.file(),
-            line,
-            expected,
-            found,
-        })
+        Err(TableError::new(
+            "stiffbench::readings::field_count",
+            format!(
+                "{}: {found} fields, expected {expected} as in the header",
+                self.at(line)
+            ),
+            "if numbers have a decimal comma, the delimiter must be `;` or a tab, or the numbers must be quoted",
+        ))
     }
 
     /// A field of the current record as it stands in the file; empty beyond the last.
@@ -127,20 +137,35 @@ impl<'a> RecordTable<'a> {
         }
     }
 
+    /// The error for columns that must be there and are not.
+    pub(crate) fn missing_columns(&self, missing: Vec<String>, advice: String) -> TableError {
+        let named = missing.iter().map(|name| format!("`{name}`"));
+        let message = format!(
+            "{}: no column {} among {}",
+            self.at(self.header_line),
+            named.collect::<Vec<_>>().join(", "),
+            listed_names(self.names.iter().map(String::as_str))
+        );
+        TableError::new("stiffbench::readings::missing_column", message, advice).about(missing)
+    }
+
     /// The error for two columns that mean the same.
     pub(crate) fn duplicate(
         &self,
         column: &'static str,
         first: usize,
         second: usize,
-    ) -> ReadingsError {
-        ReadingsError::DuplicateColumn {
-            file: self.file(),
-            line: self.header_line,
-            column,
-            first: self.names[first].clone(),
-            second: self.names[second].clone(),
-        }
+    ) -> TableError {
+        TableError::new(
+            "stiffbench::readings::duplicate_column",
+            format!(
+                "{}: `{}` and `{}` both give {column}",
+                self.at(self.header_line),
+                self.names[first],
+                self.names[second]
+            ),
+            "remove one of the two columns, or rename it",
+        )
     }
 
     /// The error for a unit in the name of a column.
@@ -149,14 +174,17 @@ impl<'a> RecordTable<'a> {
         index: usize,
         unit: Option<&str>,
         accepted: &'static str,
-    ) -> ReadingsError {
-        ReadingsError::WrongUnit {
-            file: self.file(),
-            line: self.header_line,
-            column: self.names[index].clone(),
-            unit: unit.map_or("none".to_owned(), |unit| format!("`{unit}`")),
-            accepted,
-        }
+    ) -> TableError {
+        let unit = unit.map_or("none".to_owned(), |unit| format!("`{unit}`"));
+        TableError::new(
+            "stiffbench::readings::wrong_unit",
+            format!(
+                "{}: column `{}` has {unit} for its unit, expected one of {accepted}",
+                self.at(self.header_line),
+                self.names[index]
+            ),
+            "write the unit after an underscore: force_N, force_lbf, displacement_mm, temp_degC, force_x_N, joint_J1_deg",
+        )
     }
 
     /// A field of the current record, for messages.
@@ -170,15 +198,13 @@ impl<'a> RecordTable<'a> {
     }
 
     /// The error for a field of the current record without a value.
-    pub(crate) fn missing(&self, column: &str, expected: &'static str) -> ReadingsError {
-        let cell = self.cell(column, b"");
-        ReadingsError::MissingValue { cell, expected }
+    pub(crate) fn missing(&self, column: &str, expected: &'static str) -> TableError {
+        missing_value(&self.cell(column, b""), expected)
     }
 
     /// The error for a field of the current record with a wrong value.
-    pub(crate) fn bad(&self, column: &str, value: &[u8], expected: &'static str) -> ReadingsError {
-        let cell = self.cell(column, value);
-        ReadingsError::BadValue { cell, expected }
+    pub(crate) fn bad(&self, column: &str, value: &[u8], expected: &'static str) -> TableError {
+        bad_value(&self.cell(column, value), expected)
     }
 
     /// A field as a number in SI; `None` without a value.
@@ -186,7 +212,7 @@ impl<'a> RecordTable<'a> {
         &mut self,
         index: usize,
         conversion: Conversion,
-    ) -> Result<Option<f64>, ReadingsError> {
+    ) -> Result<Option<f64>, TableError> {
         let field = self.rows.field(index).trim_ascii();
         if field.is_empty() {
             return Ok(None);
@@ -196,20 +222,31 @@ impl<'a> RecordTable<'a> {
             let (column, field) = (&self.names[index], self.field(index));
             match fault {
                 NumberFault::NotANumber => self.bad(column, field, "a number"),
-                NumberFault::NotFinite => ReadingsError::NotFinite {
-                    cell: self.cell(column, field),
-                },
-                NumberFault::OtherDecimalSign(sign, first_line) => ReadingsError::MixedDecimals {
-                    cell: self.cell(column, field),
-                    sign: sign.word(),
-                    first_line,
-                },
+                NumberFault::NotFinite => {
+                    let cell = self.cell(column, field);
+                    TableError::new(
+                        "stiffbench::readings::not_finite",
+                        format!("{cell}: `{}` is not a finite number", cell.value),
+                        "leave out the line, or the value if the column is optional",
+                    )
+                }
+                NumberFault::OtherDecimalSign(sign, first_line) => {
+                    let (cell, sign) = (self.cell(column, field), sign.word());
+                    TableError::new(
+                        "stiffbench::readings::mixed_decimals",
+                        format!(
+                            "{cell}: `{}` does not have the decimal {sign} of line {first_line}",
+                            cell.value
+                        ),
+                        "use one decimal sign throughout and no grouping of thousands",
+                    )
+                }
             }
         })
     }
 
     /// A whole number from `least`; `None` without a value.
-    pub(crate) fn count(&self, index: usize, least: u32) -> Result<Option<u32>, ReadingsError> {
+    pub(crate) fn count(&self, index: usize, least: u32) -> Result<Option<u32>, TableError> {
         let field = self.field(index);
         if field.is_empty() {
             return Ok(None);
@@ -226,14 +263,14 @@ impl<'a> RecordTable<'a> {
     }
 
     /// What becomes of a reading; it counts without a value.
-    pub(crate) fn status(&self, index: usize) -> Result<ReadingStatus, ReadingsError> {
+    pub(crate) fn status(&self, index: usize) -> Result<ReadingStatus, TableError> {
         let expected = "accepted, superseded or rejected";
         let meaning = self.word(index, &STATUS_WORDS, expected)?;
         Ok(meaning.unwrap_or(ReadingStatus::Accepted))
     }
 
     /// Whether a load was put on or taken off; put on without a value.
-    pub(crate) fn branch(&self, index: usize) -> Result<Branch, ReadingsError> {
+    pub(crate) fn branch(&self, index: usize) -> Result<Branch, TableError> {
         let meaning = self.word(index, &BRANCH_WORDS, "loading or unloading")?;
         Ok(meaning.unwrap_or(Branch::Loading))
     }
@@ -244,7 +281,7 @@ impl<'a> RecordTable<'a> {
         index: usize,
         known: &[(&str, T)],
         expected: &'static str,
-    ) -> Result<Option<T>, ReadingsError> {
+    ) -> Result<Option<T>, TableError> {
         let field = self.field(index);
         if field.is_empty() {
             return Ok(None);
@@ -254,23 +291,24 @@ impl<'a> RecordTable<'a> {
     }
 
     /// What was taken for granted of the text itself.
-    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+    pub(crate) fn assumptions(&self) -> Vec<String> {
         let delimiter = self.rows.delimiter();
-        let other_delimiter = self.told.delimiter.is_none() && delimiter != Delimiter::Comma;
+        let other_delimiter = delimiter != FieldDelimiter::Comma;
         let encoding = match self.rows.encoding() {
             Encoding::Plain => None,
-            Encoding::Utf8Marked => Some(Assumption::ByteOrderMark),
-            Encoding::Utf16 => Some(Assumption::Utf16),
+            Encoding::Utf8Marked => Some("a byte order mark was taken off"),
+            Encoding::Utf16 => Some("the text is UTF-16"),
         };
         let line_ends = self.rows.lone_carriage_return();
-        let other_encoding = self.other_encoding.get();
-        let comma = Assumption::decimal_comma(self.told.decimal, self.numbers.decimal_comma());
+        let comma = self.numbers.decimal_comma();
         [
-            encoding,
-            line_ends.then_some(Assumption::LoneCarriageReturn),
-            other_delimiter.then_some(Assumption::Delimiter(delimiter)),
-            other_encoding.map(|line| Assumption::NotUtf8 { line }),
-            comma,
+            encoding.map(str::to_owned),
+            line_ends.then(|| "lines end with a carriage return".to_owned()),
+            other_delimiter.then(|| format!("fields are delimited by a {delimiter}")),
+            self.other_encoding.get().map(|line| {
+                format!("text that is not UTF-8 was taken as ISO 8859-1, first in line {line}")
+            }),
+            comma.map(|line| format!("numbers have a decimal comma, as in line {line}")),
         ]
         .into_iter()
         .flatten()

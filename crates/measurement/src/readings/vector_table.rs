@@ -1,21 +1,22 @@
 //! Reads `readings.csv` of sessions with displacement gauges along the base axes (`stiffbench/session/2`): a reading for each gauge.
 
 use std::collections::HashMap;
-use std::io::Read;
 
 use indexmap::IndexMap;
 
 use super::column::{Column, split_unit};
-use super::error::ReadingsError;
+use super::error::TableError;
+use super::header::ColumnHeader;
 use super::joint_values::{PlacedJointColumn, PoseJoints};
 use super::number::Conversion;
-use super::reading::{Reading, ReadingStatus, ReadingText};
+use super::reading::{Reading, ReadingText};
+use super::row::RowReader;
 use super::table::{FieldRow, FileFields, ReadingTable, RunKey};
-use super::text_table::{ReadOptions, RecordTable};
+use super::text_table::RecordTable;
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::quantity::Kind;
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 /// Columns without which a table is none of a session with gauges along the base axes.
 const NEEDED: [&str; 11] = [
@@ -63,7 +64,11 @@ pub(super) const BASE_AXES: &str = "base";
 /// Whether a table has the columns of a session with gauges along the base axes; a text that is no table has not.
 #[must_use]
 pub fn is_vector_table(bytes: &[u8]) -> bool {
-    let names = RecordTable::names_of(bytes);
+    are_of_vectors(&RecordTable::names_of(bytes))
+}
+
+/// The same by the names of its columns.
+pub(super) fn are_of_vectors(names: &[String]) -> bool {
     let mut needed = NEEDED.iter();
     needed.all(|needed| names.iter().any(|name| name == needed))
 }
@@ -80,74 +85,34 @@ pub fn is_readings_header(bytes: &[u8]) -> bool {
 ///
 /// Each gauge has its reading: its displacement, and the amount of the load along its direction, that of the largest load of its pose and
 /// name. The readings of one load share [`Reading::seq`] and [`Reading::run`]; each gauge has its own zero.
-///
-/// # Errors
-/// [`ReadingsError`] with line, column, value and what was expected, for the first thing that is wrong.
-pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTable, ReadingsError> {
-    let mut text = RecordTable::open(source, input, ReadOptions::default())?;
-    if !text.next_header()? {
-        return Err(ReadingsError::Empty {
-            file: source.to_owned(),
-        });
-    }
-    for column in NEEDED {
-        if !text.names.iter().any(|name| name == column) {
-            return Err(ReadingsError::MissingColumn {
-                file: source.to_owned(),
-                line: text.header_line,
-                column,
-                others: String::new(),
-                found: text.names.join(", "),
-                advice:
-                    "take the readings.csv of a session with displacement gauges along base axes"
-                        .to_owned(),
-            });
-        }
-    }
+pub(super) fn read_vectors(mut text: RecordTable<'_>) -> Result<ReadingTable, TableError> {
+    let (header, _) = ColumnHeader::find(&text)?;
+    let columns = VectorColumns::find(&text)?;
+    let mut reader = RowReader::new(&header);
     let mut table = ReadingTable {
-        source: source.to_owned(),
+        source: text.file(),
         fields: FileFields {
             names: text.names.clone(),
             rows: Vec::new(),
         },
         ..ReadingTable::default()
     };
-    let joints = joint_columns(&text)?;
-    let is_other = |name: &&String| OTHER_KINDS.iter().any(|kind| name.starts_with(kind));
-    let others: Vec<String> = text.names.iter().filter(is_other).cloned().collect();
     let mut loads = Vec::new();
     while text.next_record()? {
-        let mut row = VectorRow {
-            text: &mut text,
-            joints: &joints,
-        };
-        let load = row.load()?;
-        for column in &others {
-            let value = row.text_of(column);
-            if !value.is_empty() && value.parse() != Ok(0.0) {
-                let expected = "no value: moments and rotations belong to a table of load cases";
-                return Err(row.bad(column, expected));
-            }
-        }
-        table.origin = table
-            .origin
-            .or_else(|| Some(row.text_of("origin")).filter(|of| !of.is_empty()));
+        let load = columns.load(&mut reader, &mut text)?;
         let fields = (0..text.names.len()).map(|at| text.text(text.field(at)).into_owned());
         table.fields.rows.push(FieldRow {
             line: text.line,
             seq: load.common.seq,
             fields: fields.collect(),
         });
-        table.add_joints(&load, &joints);
+        table.add_joints(&load, &columns.joints);
         loads.push(load);
     }
     if loads.is_empty() {
-        return Err(ReadingsError::NoReadings {
-            file: source.to_owned(),
-            line: text.header_line,
-        });
+        return Err(text.no_readings());
     }
-    table.columns = columns(&loads);
+    table.origin = reader.origin;
     table.add_loads(loads);
     table.take_stock();
     Ok(table)
@@ -268,39 +233,8 @@ impl ReadingTable {
     }
 }
 
-/// The columns of one gauge that a table of several stands for.
-fn columns(loads: &[LoadRow]) -> Vec<Column> {
-    let any = |known: fn(&Reading) -> bool| loads.iter().any(|load| known(&load.common));
-    let recorded = [
-        (Column::Time, any(|reading| reading.time_s.is_some())),
-        (Column::Hold, any(|reading| reading.hold_s.is_some())),
-        (
-            Column::Temperature,
-            any(|reading| reading.temperature_deg_c.is_some()),
-        ),
-    ];
-    let recorded = recorded.into_iter().filter(|(_, is_there)| *is_there);
-    let always = [
-        Column::Seq,
-        Column::Pose,
-        Column::Direction,
-        Column::Branch,
-        Column::Step,
-        Column::Target,
-        Column::Repeat,
-        Column::Run,
-        Column::Zero,
-        Column::Force,
-        Column::Displacement,
-    ];
-    always
-        .into_iter()
-        .chain(recorded.map(|(column, _)| column))
-        .collect()
-}
-
 /// The columns `joint_VARIABLE_UNIT`.
-fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, ReadingsError> {
+fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, TableError> {
     let mut columns = Vec::new();
     for (index, name) in text.names.iter().enumerate() {
         let Some(named) = name.strip_prefix("joint_") else {
@@ -313,131 +247,96 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, Readi
     Ok(columns)
 }
 
-/// The current record.
-struct VectorRow<'t, 'a> {
-    text: &'t mut RecordTable<'a>,
-    joints: &'t [PlacedJointColumn],
+/// Where the columns are that a table along one load does not have.
+struct VectorColumns {
+    forces: [usize; 3],
+    /// Displacement, text and zero of each gauge.
+    gauges: [[Option<usize>; 3]; 3],
+    axes: Option<usize>,
+    joints: Vec<PlacedJointColumn>,
+    /// See [`OTHER_KINDS`].
+    others: Vec<usize>,
 }
 
-impl VectorRow<'_, '_> {
-    fn load(&mut self) -> Result<LoadRow, ReadingsError> {
+impl VectorColumns {
+    fn find(text: &RecordTable<'_>) -> Result<Self, TableError> {
+        let place = |name: &str| text.names.iter().position(|known| known == name);
+        let is_other = |index: &usize| {
+            let name = &text.names[*index];
+            OTHER_KINDS.iter().any(|kind| name.starts_with(kind))
+        };
+        Ok(Self {
+            forces: FORCES.map(|name| place(name).unwrap_or_default()),
+            gauges: DISPLACEMENTS.map(|names| names.map(place)),
+            axes: place("axes"),
+            joints: joint_columns(text)?,
+            others: (0..text.names.len()).filter(is_other).collect(),
+        })
+    }
+
+    /// The current record.
+    fn load(
+        &self,
+        reader: &mut RowReader<'_>,
+        text: &mut RecordTable<'_>,
+    ) -> Result<LoadRow, TableError> {
+        let um = Conversion::from_unit(Kind::Displacement, "um").unwrap_or(Conversion::NONE);
         let mut force_n = [0.0; 3];
-        for (part, column) in force_n.iter_mut().zip(FORCES) {
-            *part = self
-                .number(column, Conversion::NONE)?
-                .ok_or_else(|| self.text.missing(column, "a number"))?;
+        for (part, index) in force_n.iter_mut().zip(self.forces) {
+            let number = text.number(index, Conversion::NONE)?;
+            *part = number.ok_or_else(|| text.missing(&text.names[index], "a number"))?;
         }
-        let axes = self.text_of("axes");
-        if !matches!(axes.as_str(), "" | BASE_AXES) {
-            return Err(self.bad("axes", "`base`"));
+        let wrong =
+            |index: usize, expected| text.bad(&text.names[index], text.field(index), expected);
+        let is_base = |field: &[u8]| field.is_empty() || field == BASE_AXES.as_bytes();
+        if let Some(axes) = self.axes.filter(|axes| !is_base(text.field(*axes))) {
+            return Err(wrong(axes, "`base`"));
         }
-        let displacement_m = self.micrometres(DISPLACEMENTS.map(|[value, ..]| value))?;
-        if displacement_m == [None; 3] {
+        let is_none = |field: &[u8]| {
+            let value = std::str::from_utf8(field).map(str::parse);
+            field.is_empty() || value == Ok(Ok(0.0))
+        };
+        if let Some(other) = self.others.iter().find(|at| !is_none(text.field(**at))) {
+            let expected = "no value: moments and rotations belong to a table of load cases";
+            return Err(wrong(*other, expected));
+        }
+        let mut numbers = [[None; 2]; 3];
+        for (numbers, [value, _, zero]) in numbers.iter_mut().zip(self.gauges) {
+            for (number, index) in numbers.iter_mut().zip([value, zero]) {
+                *number = index.map_or(Ok(None), |index| text.number(index, um))?;
+            }
+        }
+        if numbers.iter().all(|[value, _]| value.is_none()) {
             let [[column, ..], ..] = DISPLACEMENTS;
-            return Err(self.text.missing(column, "a displacement along x, y or z"));
+            return Err(text.missing(column, "a displacement along x, y or z"));
         }
-        let zero_m = self.micrometres(DISPLACEMENTS.map(|[.., zero]| zero))?;
         let mut joints = Vec::with_capacity(self.joints.len());
-        for joint in self.joints {
-            let value = self.text.number(joint.index, joint.conversion)?;
-            joints.push(value);
+        for joint in &self.joints {
+            joints.push(text.number(joint.index, joint.conversion)?);
         }
-        let pose = self.text_of("pose");
-        if pose.is_empty() {
-            return Err(self.text.missing("pose", "the name of a pose"));
-        }
-        let common = Reading {
-            line: self.text.line,
-            seq: self.count("seq")?,
-            pose: PoseId::new(&pose),
-            direction: Direction::X,
-            load: None,
-            branch: match self.index("branch") {
-                Some(index) => self.text.branch(index)?,
-                None => Branch::Loading,
-            },
-            step: self.count("step")?,
-            repeat: self.count("repeat")?,
-            attempt: self.count("attempt")?,
-            run: 0,
-            zero: 0,
-            status: match self.index("status") {
-                Some(index) => self.text.status(index)?,
-                None => ReadingStatus::Accepted,
-            },
-            target_n: self.number("target_N", Conversion::NONE)?.unwrap_or(0.0),
-            force_n: 0.0,
-            displacement_m: 0.0,
-            time_s: self.number("t_s", Conversion::NONE)?,
-            hold_s: self.number("hold_s", Conversion::NONE)?,
-            temperature_deg_c: self.number("temp_degC", Conversion::NONE)?,
-            text: None,
-        };
-        let force_zero_n = self.number("force_zero_N", Conversion::NONE)?;
-        let text = |axis: usize| ReadingText {
-            utc: self.text_of("utc").into(),
-            force_raw: self.text_of("force_raw").into(),
-            displacement_raw: self.text_of(DISPLACEMENTS[axis][1]).into(),
-            zero_si: [force_zero_n, zero_m[axis]],
-            flag: self.text_of("flag").into(),
-            note: self.text_of("note").into(),
-        };
-        let read = Direction::ALL.into_iter().filter_map(|axis| {
-            let displacement_m = displacement_m[axis.index()]?;
-            Some((axis, displacement_m, text(axis.index())))
+        let pose = reader.pose(text)?;
+        let repeat = reader.count(text, Column::Repeat)?.unwrap_or(1);
+        let common = reader.common(text, pose, repeat)?;
+        let of_load = reader.texts(text)?.unwrap_or_default();
+        let gauges = Direction::ALL.into_iter().filter_map(|axis| {
+            let [displacement_m, zero_m] = numbers[axis.index()];
+            let raw = self.gauges[axis.index()][1].map_or(&[][..], |raw| text.raw(raw));
+            let of_gauge = ReadingText {
+                displacement_raw: text.text(raw).into(),
+                zero_si: [of_load.zero_si[0], zero_m],
+                ..(*of_load).clone()
+            };
+            Some((axis, displacement_m?, of_gauge))
         });
         Ok(LoadRow {
-            gauges: read.collect(),
-            common,
-            direction: self.text_of("direction"),
+            gauges: gauges.collect(),
             force_n,
-            run: self.text_of("run"),
-            zero: self.text_of("zero_id"),
+            direction: reader.text(text, Column::Direction).unwrap_or_default(),
+            run: reader.text(text, Column::Run).unwrap_or_default(),
+            zero: reader.text(text, Column::Zero).unwrap_or_default(),
             joints,
+            common,
         })
-    }
-
-    /// Displacements in SI, one of each column.
-    fn micrometres(&mut self, columns: [&str; 3]) -> Result<[Option<f64>; 3], ReadingsError> {
-        let um = Conversion::from_unit(Kind::Displacement, "um").unwrap_or(Conversion::NONE);
-        let mut parts = [None; 3];
-        for (part, column) in parts.iter_mut().zip(columns) {
-            *part = self.number(column, um)?;
-        }
-        Ok(parts)
-    }
-
-    fn index(&self, column: &str) -> Option<usize> {
-        self.text.names.iter().position(|name| name == column)
-    }
-
-    /// A field without blanks around it; empty without the column.
-    fn text_of(&self, column: &str) -> String {
-        let index = self.index(column);
-        index.map_or_else(String::new, |at| {
-            self.text.text(self.text.field(at)).into_owned()
-        })
-    }
-
-    fn number(
-        &mut self,
-        column: &str,
-        conversion: Conversion,
-    ) -> Result<Option<f64>, ReadingsError> {
-        let index = self.index(column);
-        index.map_or(Ok(None), |index| self.text.number(index, conversion))
-    }
-
-    /// A whole number; 1 without a column or value, as one reading of a table by hand is the first of its kind.
-    fn count(&self, column: &str) -> Result<u32, ReadingsError> {
-        let index = self.index(column);
-        let count = index.map_or(Ok(None), |index| self.text.count(index, 0))?;
-        Ok(count.unwrap_or(1))
-    }
-
-    fn bad(&self, column: &str, expected: &'static str) -> ReadingsError {
-        let value = self.text_of(column);
-        self.text.bad(column, value.as_bytes(), expected)
     }
 }
 
@@ -455,7 +354,7 @@ mod tests {
             text.push_str(row);
             text.push('\n');
         }
-        read_vector_readings("readings.csv", text.as_bytes()).unwrap()
+        crate::readings::read_readings("readings.csv", text.as_bytes()).unwrap()
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::TableError;
 use super::formula::keep_quote;
 use super::joint_values::JointColumn;
 use super::number::write_decimal;
@@ -28,7 +28,7 @@ pub struct WrittenRows {
 ///
 /// # Errors
 /// As [`write_rows`].
-pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), ReadingsError> {
+pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), TableError> {
     write_rows(table, WrittenRows::default(), output)
 }
 
@@ -37,13 +37,12 @@ pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), Re
 /// Numbers are written with up to 15 significant digits, the instruments' own texts as they were; a component without a gauge is empty.
 ///
 /// # Errors
-/// [`ReadingsError::NotWritable`] for a number that is not finite, before anything of the row is written;
-/// [`ReadingsError::Write`] if the output fails.
+/// [`TableError`] for a number that is not finite, before anything of the row is written, and if the output fails.
 pub fn write_rows(
     table: &ReadingTable,
     rows: WrittenRows,
     output: impl Write,
-) -> Result<(), ReadingsError> {
+) -> Result<(), TableError> {
     let mut output = csv::WriterBuilder::new()
         .terminator(csv::Terminator::Any(b'\n'))
         // A first field that starts with `#` must not become a comment.
@@ -59,7 +58,9 @@ pub fn write_rows(
     };
     if !rows.only_last {
         row.names();
-        output.write_record(&row.fields).map_err(failed)?;
+        output
+            .write_record(&row.fields)
+            .map_err(TableError::not_written)?;
     }
     let loads: Vec<&[Reading]> = if rows.of_vectors {
         table.loads().collect()
@@ -73,9 +74,13 @@ pub fn write_rows(
     };
     for load in &loads[first..] {
         row.load(load)?;
-        output.write_record(&row.fields).map_err(failed)?;
+        output
+            .write_record(&row.fields)
+            .map_err(TableError::not_written)?;
     }
-    output.flush().map_err(|error| failed(error.into()))
+    output
+        .flush()
+        .map_err(|error| TableError::not_written(error.into()))
 }
 
 /// The joint columns of all poses.
@@ -125,7 +130,7 @@ impl RowWriter<'_> {
     }
 
     /// The row of one reading, or of those of one load.
-    fn load(&mut self, load: &[Reading]) -> Result<(), ReadingsError> {
+    fn load(&mut self, load: &[Reading]) -> Result<(), TableError> {
         let Some(first) = load.first() else {
             return Ok(());
         };
@@ -183,7 +188,7 @@ impl RowWriter<'_> {
         joints: &[JointColumn],
         first: &Reading,
         load: &[Reading],
-    ) -> Result<(), ReadingsError> {
+    ) -> Result<(), TableError> {
         let stated = self.table.pose_joints.iter();
         let stated = stated.filter(|stated| stated.pose == first.pose);
         let stated: Vec<&(JointColumn, f64)> = stated.flat_map(|stated| &stated.values).collect();
@@ -214,7 +219,7 @@ impl RowWriter<'_> {
         &mut self,
         names: [&'static str; 3],
         of: Option<&Reading>,
-    ) -> Result<(), ReadingsError> {
+    ) -> Result<(), TableError> {
         let text = of.and_then(|of| of.text.as_deref());
         self.optional(names[0], of.map(|of| of.displacement_m), 6)?;
         self.text(text.map_or("", |text| &text.displacement_raw));
@@ -234,12 +239,7 @@ impl RowWriter<'_> {
     }
 
     /// The number with its decimal point `shift` places further right.
-    fn decimal(
-        &mut self,
-        column: &'static str,
-        value: f64,
-        shift: i32,
-    ) -> Result<(), ReadingsError> {
+    fn decimal(&mut self, column: &'static str, value: f64, shift: i32) -> Result<(), TableError> {
         write_decimal(self.finite(column, value)?, shift, &mut self.number);
         self.fields.push_field(self.number.as_bytes());
         Ok(())
@@ -250,7 +250,7 @@ impl RowWriter<'_> {
         column: &'static str,
         value: Option<f64>,
         shift: i32,
-    ) -> Result<(), ReadingsError> {
+    ) -> Result<(), TableError> {
         if let Some(value) = value {
             return self.decimal(column, value, shift);
         }
@@ -258,13 +258,15 @@ impl RowWriter<'_> {
         Ok(())
     }
 
-    fn finite(&self, column: &'static str, value: f64) -> Result<f64, ReadingsError> {
-        let seq = self.seq;
-        let not_writable = ReadingsError::NotWritable { seq, column, value };
-        value.is_finite().then_some(value).ok_or(not_writable)
+    fn finite(&self, column: &'static str, value: f64) -> Result<f64, TableError> {
+        let not_writable = || {
+            let seq = self.seq;
+            TableError::new(
+                "stiffbench::readings::not_writable",
+                format!("reading {seq}: {column} is {value}, which a table cannot hold"),
+                "readings are finite numbers; leave out optional values that are not known",
+            )
+        };
+        value.is_finite().then_some(value).ok_or_else(not_writable)
     }
-}
-
-fn failed(error: csv::Error) -> ReadingsError {
-    ReadingsError::Write { error }
 }

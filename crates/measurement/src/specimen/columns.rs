@@ -1,12 +1,10 @@
 //! The header of a table: where the named columns stand, and in which units.
 
-use super::assumption::SpecimenAssumption;
-use super::error::SpecimenError;
 use super::options::SpecimenOptions;
 use super::response::ResponseVariable;
 use super::table::ColumnUnit;
-use crate::readings::Conversion;
-use crate::table_files::{MachineTable, StatedUnit, TableFileError};
+use crate::readings::{Conversion, TableError};
+use crate::table_files::{MachineTable, StatedUnit};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A column that is read.
@@ -90,7 +88,7 @@ pub(super) struct SpecimenColumns {
     pub(super) order: Option<ColumnPosition>,
     pub(super) branch: Option<ColumnPosition>,
     pub(super) unused: Vec<String>,
-    pub(super) assumptions: Vec<SpecimenAssumption>,
+    pub(super) assumptions: Vec<String>,
 }
 
 impl SpecimenColumns {
@@ -98,7 +96,7 @@ impl SpecimenColumns {
     pub(super) fn find<'o>(
         table: &MachineTable,
         options: &'o SpecimenOptions,
-    ) -> Result<Self, SpecimenError> {
+    ) -> Result<Self, TableError> {
         let mut header = Header {
             table,
             used: vec![false; table.layout.columns.len()],
@@ -110,13 +108,7 @@ impl SpecimenColumns {
         let force = force.and_then(|name| table.column(name, of_force).ok());
         let displacement = table.column(&options.displacement_column, of_displacement);
         if let Some(force) = force.filter(|force| displacement.as_ref().ok() == Some(force)) {
-            return Err(TableFileError::SameColumn {
-                file: table.source.clone(),
-                column: table.name(force).to_owned(),
-                first: of_force.to_owned(),
-                second: of_displacement.to_owned(),
-            }
-            .into());
+            return Err(table.same_column(table.name(force), of_force, of_displacement));
         }
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
@@ -165,7 +157,7 @@ impl SpecimenColumns {
 struct Header<'a> {
     table: &'a MachineTable,
     used: Vec<bool>,
-    assumptions: Vec<SpecimenAssumption>,
+    assumptions: Vec<String>,
 }
 
 impl Header<'_> {
@@ -174,7 +166,7 @@ impl Header<'_> {
         self.table.column(wanted, "").is_ok()
     }
 
-    fn place(&mut self, wanted: &str, role: &str) -> Result<ColumnPosition, SpecimenError> {
+    fn place(&mut self, wanted: &str, role: &str) -> Result<ColumnPosition, TableError> {
         let index = self.table.column(wanted, role)?;
         self.used[index] = true;
         let name = self.table.name(index).to_owned();
@@ -185,15 +177,11 @@ impl Header<'_> {
         &mut self,
         wanted: Option<&String>,
         role: &str,
-    ) -> Result<Option<ColumnPosition>, SpecimenError> {
+    ) -> Result<Option<ColumnPosition>, TableError> {
         wanted.map(|name| self.place(name, role)).transpose()
     }
 
-    fn places(
-        &mut self,
-        wanted: &[String],
-        role: &str,
-    ) -> Result<Vec<ColumnPosition>, SpecimenError> {
+    fn places(&mut self, wanted: &[String], role: &str) -> Result<Vec<ColumnPosition>, TableError> {
         wanted.iter().map(|name| self.place(name, role)).collect()
     }
 
@@ -202,7 +190,7 @@ impl Header<'_> {
         wanted: Option<&String>,
         quantity: ColumnQuantity,
         unit: Option<&str>,
-    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
+    ) -> Result<Option<MeasuredColumn>, TableError> {
         wanted
             .map(|name| self.measured(name, quantity, unit))
             .transpose()
@@ -213,16 +201,17 @@ impl Header<'_> {
         &mut self,
         wanted: Option<&String>,
         unit: Option<&str>,
-    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
+    ) -> Result<Option<MeasuredColumn>, TableError> {
         let Some(name) = wanted else { return Ok(None) };
         let place = self.place(name, ColumnQuantity::Time.role())?;
         if !self.table.is_time_stamp(place.index) {
             return self.optional(wanted, ColumnQuantity::Time, unit);
         }
         let seconds = self.table.seconds(place.index)?;
-        self.assumptions.push(SpecimenAssumption::TimeStamps {
-            column: place.name.clone(),
-        });
+        self.assumptions.push(format!(
+            "column `{}` holds times: they became seconds since the first",
+            place.name
+        ));
         Ok(Some(MeasuredColumn {
             place,
             conversion: Conversion::NONE,
@@ -236,7 +225,7 @@ impl Header<'_> {
         wanted: &str,
         quantity: ColumnQuantity,
         unit: Option<&str>,
-    ) -> Result<MeasuredColumn, SpecimenError> {
+    ) -> Result<MeasuredColumn, TableError> {
         let place = self.place(wanted, quantity.role())?;
         let (conversion, unit) = match unit.map(str::trim) {
             Some("1")
@@ -249,10 +238,13 @@ impl Header<'_> {
             }
             Some(unit) => quantity
                 .conversion(unit)
-                .ok_or_else(|| SpecimenError::WrongUnit {
-                    unit: unit.to_owned(),
-                    option: quantity.option(),
-                    accepted: quantity.units(),
+                .ok_or_else(|| {
+                    let (option, accepted) = (quantity.option(), quantity.units());
+                    TableError::new(
+                        "stiffbench::specimen::wrong_unit",
+                        format!("`{unit}` is not a unit for --{option}, expected one of {accepted}"),
+                        "force and displacement may also have the unit 1: numbers kept as they are in the file",
+                    )
                 })?,
             None => self.unit_of_file(&place, quantity)?,
         };
@@ -268,41 +260,44 @@ impl Header<'_> {
         &mut self,
         place: &ColumnPosition,
         quantity: ColumnQuantity,
-    ) -> Result<(Conversion, ColumnUnit), SpecimenError> {
+    ) -> Result<(Conversion, ColumnUnit), TableError> {
         let column = &self.table.layout.columns[place.index];
         let name = column.name.clone();
+        let (at, option) = (self.table.header(), quantity.option());
+        let accepted = quantity.units();
         if let (Some(unit), Some(source)) = (&column.unit, column.unit_from) {
             if let Some(found) = quantity.conversion(unit) {
-                let (column, unit) = (name, unit.clone());
-                self.assumptions.push(match source {
-                    StatedUnit::Name => SpecimenAssumption::UnitFromName { column, unit },
-                    StatedUnit::Row | StatedUnit::Header | StatedUnit::Cells => {
-                        SpecimenAssumption::UnitFromFile { column, unit }
-                    }
-                });
+                let by = if source == StatedUnit::Name {
+                    "its name"
+                } else {
+                    "the file"
+                };
+                self.assumptions
+                    .push(format!("column `{name}` is in {unit}, by {by}"));
                 return Ok(found);
             }
             if source != StatedUnit::Name && quantity != ColumnQuantity::Temperature {
-                return Err(SpecimenError::WrongColumnUnit {
-                    at: self.table.header(),
-                    column: name,
-                    unit: unit.clone(),
-                    option: quantity.option(),
-                    accepted: quantity.units(),
-                });
+                return Err(TableError::new(
+                    "stiffbench::specimen::wrong_column_unit",
+                    format!("{at}: column `{name}` is in `{unit}`, expected one of {accepted}"),
+                    format!(
+                        "is it another column that is meant? Else state the unit with --{option}; force and displacement may have --{option} 1, numbers kept as they are in the file"
+                    ),
+                ));
             }
         }
         if quantity == ColumnQuantity::Temperature {
             self.assumptions
-                .push(SpecimenAssumption::TemperatureInCelsius);
+                .push("temperatures without a unit are °C".to_owned());
             return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));
         }
-        Err(SpecimenError::NoUnit {
-            at: self.table.header(),
-            column: name,
-            option: quantity.option(),
-            accepted: quantity.units(),
-        })
+        Err(TableError::new(
+            "stiffbench::specimen::no_unit",
+            format!("{at}: column `{name}` has no unit, expected one of {accepted}"),
+            format!(
+                "name it with --{option}, or at the end of the column's name (force_N, travel_mm, t_s); force and displacement may have --{option} 1, numbers without a unit"
+            ),
+        ))
     }
 
     fn unused(&self) -> Vec<String> {

@@ -4,11 +4,10 @@
 //! a unit; what it does decide (branches from the path of the load, an order of readings) is listed with the table, as is every row it
 //! leaves out. What the numbers mean, and which law they follow, is decided elsewhere.
 
-mod assumption;
 mod branches;
 mod clock;
 mod columns;
-mod error;
+mod excluded;
 mod options;
 mod order;
 mod read;
@@ -17,8 +16,7 @@ mod row;
 mod table;
 mod thin;
 
-pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
-pub use error::SpecimenError;
+pub use excluded::{ExcludedLines, Incomplete};
 pub use options::{SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
 pub use response::{ResponseDoubt, ResponseVariable};

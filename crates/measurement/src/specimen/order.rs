@@ -4,14 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use indexmap::IndexSet;
 
-use super::assumption::SpecimenAssumption;
 use super::row::SpecimenRow;
 use super::table::SpecimenReading;
+use stiffbench_units_and_text::count::counted;
 
 /// Puts rows in the order of their numbers, or numbers them as they stand if the numbers cannot be used; states what was done.
 ///
 /// Numbers may count through the whole table, or start again in each run.
-pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
+pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<String> {
     let Some(numbers) = rows.iter().map(|row| row.order).collect::<Option<Vec<_>>>() else {
         number_as_they_stand(rows);
         return None;
@@ -22,7 +22,7 @@ pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumptio
     let mut seen = HashSet::new();
     if numbers.iter().all(|number| seen.insert(*number)) {
         rows.sort_by_key(|row| row.order);
-        return Some(SpecimenAssumption::Sorted);
+        return Some("rows were sorted by the order column".to_owned());
     }
     let mut within_runs = HashSet::new();
     let repeated = rows
@@ -31,7 +31,9 @@ pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumptio
     if let Some(row) = repeated {
         let line = row.reading.line;
         number_as_they_stand(rows);
-        return Some(SpecimenAssumption::OrderNotUsed { line });
+        return Some(format!(
+            "the number in the order column of line {line} occurs before: rows are numbered in the order of the file"
+        ));
     }
     sort_within_runs(rows)
 }
@@ -43,7 +45,7 @@ fn number_as_they_stand(rows: &mut [SpecimenRow]) {
 }
 
 /// Runs follow each other in the order in which they appear.
-fn sort_within_runs(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
+fn sort_within_runs(rows: &mut [SpecimenRow]) -> Option<String> {
     let run = |row: &SpecimenRow| (row.configuration.clone(), row.run.clone());
     let runs: IndexSet<(String, String)> = rows.iter().map(run).collect();
     let place = |row: &SpecimenRow| (runs.get_index_of(&run(row)), row.order);
@@ -51,11 +53,12 @@ fn sort_within_runs(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
         return None;
     }
     rows.sort_by_cached_key(place);
-    Some(SpecimenAssumption::SortedWithinRuns)
+    let said = "the order column starts again in each run: rows were sorted within their runs";
+    Some(said.to_owned())
 }
 
 /// Runs in which a reading has an earlier time than the one before it.
-pub(super) fn time_goes_back(readings: &[SpecimenReading]) -> Option<SpecimenAssumption> {
+pub(super) fn time_goes_back(readings: &[SpecimenReading]) -> Option<String> {
     let mut latest: HashMap<u32, f64> = HashMap::new();
     let mut runs = HashSet::new();
     let mut line = None;
@@ -69,8 +72,9 @@ pub(super) fn time_goes_back(readings: &[SpecimenReading]) -> Option<SpecimenAss
             line.get_or_insert(reading.line);
         }
     }
-    Some(SpecimenAssumption::TimeGoesBack {
-        runs: runs.len() as u32,
-        line: line?,
-    })
+    Some(format!(
+        "in {} time goes back, first in line {}; the order of the readings was kept",
+        counted(runs.len(), "run"),
+        line?
+    ))
 }

@@ -2,17 +2,18 @@
 
 use indexmap::IndexSet;
 
-use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
 use super::clock::{is_one_sweep, response_by_clock, response_by_scatter};
 use super::columns::SpecimenColumns;
-use super::error::SpecimenError;
+use super::excluded::ExcludedLines;
 use super::options::{SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::response::{ResponseDoubt, ResponseVariable};
 use super::row::{SpecimenRow, SpecimenRowReader};
 use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::table_files::{MachineTable, TableFileError, read_table_files};
+use crate::readings::TableError;
+use crate::table_files::{MachineTable, read_table_files};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Readings from a table whose columns the caller names.
@@ -24,14 +25,18 @@ use stiffbench_units_and_text::quantity::Kind;
 /// - `files`: names, for messages, and bytes; several with the same columns are read as one table, in which each is a run.
 ///
 /// # Errors
-/// [`SpecimenError`] with line, column, value and what was expected, for the first thing that is wrong.
+/// [`TableError`] with line, column, value and what was expected, for the first thing that is wrong.
 pub fn read_specimen(
     files: &[(&str, &[u8])],
     options: &SpecimenOptions,
-) -> Result<SpecimenTable, SpecimenError> {
+) -> Result<SpecimenTable, TableError> {
     let turn_share = options.turn_share.unwrap_or(TURN_SHARE);
     if !(turn_share > 0.0 && turn_share < 1.0) {
-        return Err(SpecimenError::BadTurnShare { share: turn_share });
+        return Err(TableError::new(
+            "stiffbench::specimen::bad_turn_share",
+            format!("a turn share of {turn_share} is not between 0 and 1"),
+            "--turn-share is the part of a run's range by which the path must come back, 0.05 unless given",
+        ));
     }
     let mut file = read_table_files(files, &options.of_file())?;
     let are_runs_stated = !options.run_column.is_empty();
@@ -42,15 +47,20 @@ pub fn read_specimen(
         reader.take(row)?;
     }
     if reader.rows.is_empty() {
-        return Err(SpecimenError::NoReadings {
-            at: file.header(),
-            incomplete: reader.incomplete.len(),
-        });
+        let incomplete = counted(reader.incomplete.len(), "row");
+        return Err(TableError::new(
+            "stiffbench::specimen::no_readings",
+            format!(
+                "{}: no complete reading follows the header ({incomplete} without a value)",
+                file.header()
+            ),
+            "a reading needs a value in every named column but those of time, hold and temperature",
+        ));
     }
     let mut assumptions = assumptions_of_file(&file, &reader, &columns, options);
     if let Some(run) = columns.run.first().filter(|_| !are_runs_stated) {
-        let column = run.name.clone();
-        assumptions.push(SpecimenAssumption::EachIsARun { column });
+        let column = &run.name;
+        assumptions.push(format!("each {column} is a run, with a zero of its own"));
     }
     let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
@@ -74,7 +84,7 @@ pub fn read_specimen(
 impl SpecimenOptions {
     /// The same with the runs that a table has without a column that names them: files, sheets, and columns of repeats, which are put below each
     /// other; dates are put before the times of day.
-    fn with_runs_of(&self, file: &mut MachineTable) -> Result<Self, TableFileError> {
+    fn with_runs_of(&self, file: &mut MachineTable) -> Result<Self, TableError> {
         let mut with = self.clone();
         let mut runs = Vec::new();
         if let (Some(dates), Some(times)) = (&self.date_column, &self.time_column) {
@@ -115,17 +125,17 @@ fn assumptions_of_file(
     reader: &SpecimenRowReader<'_>,
     columns: &SpecimenColumns,
     options: &SpecimenOptions,
-) -> Vec<SpecimenAssumption> {
-    let mut all = vec![SpecimenAssumption::Layout(Box::new(file.layout.clone()))];
+) -> Vec<String> {
+    let mut all = vec![file.layout.to_string()];
     if columns.force.is_none() && options.force_column.is_none() {
-        all.push(SpecimenAssumption::ConstantLoad);
+        all.push("no force column: the load is the same throughout".to_owned());
     }
     all.extend(columns.assumptions.iter().cloned());
     if columns.configuration.is_empty() {
-        all.push(SpecimenAssumption::OneConfiguration);
+        all.push("all readings are of one specimen".to_owned());
     }
     if columns.run.is_empty() {
-        all.push(SpecimenAssumption::OneRunEach);
+        all.push("all readings of a specimen are one run, with one zero".to_owned());
     }
     all.extend(reader.absent());
     all
@@ -217,9 +227,19 @@ impl SpecimenTable {
         };
         if stated.is_none() && are_both_read {
             self.assumptions.push(match (by_clock, by_scatter) {
-                (Some(response), _) => SpecimenAssumption::ResponseByClock { response },
-                (None, Some(response)) => SpecimenAssumption::ResponseByScatter { response },
-                (None, None) => SpecimenAssumption::LoadsWereSet,
+                (Some(response), _) => {
+                    let [set, answer] = response.set_and_answer();
+                    format!(
+                        "the {set} is a ramp or a sine of time, or of the order of the readings: it was set, and the {answer} is the response"
+                    )
+                }
+                (None, Some(response)) => {
+                    let [set, answer] = response.set_and_answer();
+                    format!(
+                        "the {answer} scatters more than the {set}, so it is taken for the response: the clock does not show what was set; state otherwise with --response {set}"
+                    )
+                }
+                (None, None) => "loads were set and displacements measured: the table does not show which; state otherwise with --response force".to_owned(),
             });
         }
     }
@@ -250,17 +270,16 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
             table.readings[*index].branch = branch;
         }
     }
-    table
-        .assumptions
-        .push(SpecimenAssumption::BranchesFromPath {
-            turn_share: largest_share,
-            turns,
-            cycles,
-        });
-    if let Some(line) = line {
-        let runs = shuffled;
-        table
-            .assumptions
-            .push(SpecimenAssumption::Shuffled { runs, line });
-    }
+    table.assumptions.push(format!(
+        "branches are derived from the path: {} and {}, where a turn is a return by more than {} % of the run's range",
+        counted(cycles, "cycle"),
+        counted(turns, "turn"),
+        (largest_share * 1e4).round() / 100.0
+    ));
+    table.assumptions.extend(line.map(|line| {
+        format!(
+            "in {}, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled order, all loading; add a branch column to change this",
+            counted(shuffled, "run")
+        )
+    }));
 }

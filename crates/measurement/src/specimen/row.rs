@@ -1,11 +1,11 @@
 //! One record of a table to one row, with the texts that name its run and configuration.
 
-use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
-use super::error::SpecimenError;
+use super::excluded::Incomplete;
 use super::table::SpecimenReading;
-use crate::readings::{BRANCH_WORDS, meaning_of, read_count};
+use crate::readings::{BRANCH_WORDS, TableError, meaning_of, read_count};
 use crate::table_files::MachineTable;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
@@ -37,11 +37,11 @@ pub(super) struct SpecimenRowReader<'a> {
 /// A value that a row must have is not there.
 enum MissingValue {
     Absent(String),
-    Wrong(SpecimenError),
+    Wrong(TableError),
 }
 
-impl From<SpecimenError> for MissingValue {
-    fn from(error: SpecimenError) -> Self {
+impl From<TableError> for MissingValue {
+    fn from(error: TableError) -> Self {
         Self::Wrong(error)
     }
 }
@@ -58,7 +58,7 @@ impl<'a> SpecimenRowReader<'a> {
     }
 
     /// Adds a row, to the rows or to those that lack a value.
-    pub(super) fn take(&mut self, number: usize) -> Result<(), SpecimenError> {
+    pub(super) fn take(&mut self, number: usize) -> Result<(), TableError> {
         match self.row(number) {
             Ok(row) => self.rows.push(row),
             Err(MissingValue::Absent(column)) => {
@@ -134,14 +134,12 @@ impl<'a> SpecimenRowReader<'a> {
             .ok_or_else(|| MissingValue::Absent(column.place.name.clone()))
     }
 
-    fn number(&self, number: usize, column: &MeasuredColumn) -> Result<Option<f64>, SpecimenError> {
+    fn number(&self, number: usize, column: &MeasuredColumn) -> Result<Option<f64>, TableError> {
         if let Some(seconds) = &column.seconds {
             return Ok(seconds[number]);
         }
-        let number = self
-            .table
-            .number(number, column.place.index, column.conversion);
-        Ok(number?)
+        self.table
+            .number(number, column.place.index, column.conversion)
     }
 
     fn present(&self, row: usize, place: &ColumnPosition) -> Result<&str, MissingValue> {
@@ -164,21 +162,25 @@ impl<'a> SpecimenRowReader<'a> {
         expected: &'static str,
     ) -> Result<T, MissingValue> {
         let found = meaning(self.present(row, place)?.as_bytes());
-        let cell = || self.table.cell(row, place.index);
-        Ok(found.ok_or_else(|| SpecimenError::BadValue {
-            cell: cell(),
-            expected,
+        Ok(found.ok_or_else(|| {
+            self.table.cell(row, place.index).refused(
+                "stiffbench::specimen::bad_value",
+                expected,
+                "correct the value, or leave the field empty: the row is then left out and listed",
+            )
         })?)
     }
 
     /// Optional columns that have no value in some rows.
-    pub(super) fn absent(&self) -> Vec<SpecimenAssumption> {
+    pub(super) fn absent(&self) -> Vec<String> {
         let columns = self.columns.optional().into_iter().zip(self.absences);
         columns
             .filter(|(_, absences)| absences.rows > 0)
             .filter_map(|(column, Absences { rows, line })| {
-                let column = column?.place.name.clone();
-                Some(SpecimenAssumption::ValuesAbsent { column, rows, line })
+                let (column, rows) = (&column?.place.name, counted(rows, "row"));
+                Some(format!(
+                    "no value of `{column}` in {rows}, first in line {line}; kept without it"
+                ))
             })
             .collect()
     }

@@ -1,6 +1,6 @@
 //! What the reader gives.
 
-use super::assumption::{ExcludedLines, SpecimenAssumption};
+use super::excluded::ExcludedLines;
 use super::response::{ResponseDoubt, ResponseVariable};
 use crate::readings::Conversion;
 use crate::table_files::FileLayout;
@@ -125,7 +125,7 @@ pub struct SpecimenTable {
     /// The readings, in the order of measurement.
     pub readings: Vec<SpecimenReading>,
     /// What the file leaves open and the reader decided.
-    pub assumptions: Vec<SpecimenAssumption>,
+    pub assumptions: Vec<String>,
     /// What was left out.
     pub excluded: ExcludedLines,
     /// Columns of the file that are not part of the format.

@@ -1,6 +1,5 @@
 //! A long recording with fewer readings of the same path.
 
-use super::assumption::SpecimenAssumption;
 use super::table::{SpecimenReading, SpecimenTable};
 
 impl SpecimenTable {
@@ -36,11 +35,10 @@ impl SpecimenTable {
         self.readings = kept
             .map(|(reading, _)| *reading)
             .collect::<Vec<SpecimenReading>>();
-        self.assumptions.push(SpecimenAssumption::Thinned {
-            every: every as u32,
-            used: self.readings.len() as u32,
-            readings: before as u32,
-        });
+        let used = self.readings.len();
+        self.assumptions.push(format!(
+            "{used} of {before} readings were used: every {every}th of each run, and its turning points; a bad reading between them is not seen"
+        ));
         self
     }
 }

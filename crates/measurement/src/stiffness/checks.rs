@@ -2,7 +2,7 @@
 
 use super::budget_row::Return;
 use super::curve::{Branches, LoadCurve};
-use super::flags::{Flag, ZeroEvidence};
+use super::flags::{Flag, percent, signed_percent, signed_um, um};
 use super::gauges::GaugePair;
 use super::line::{FEWEST_RUNS, LineFit, NoStiffness, StraightLine};
 use super::outliers::{flag_outliers, reading_sd_m};
@@ -13,6 +13,8 @@ use super::significance::{
 use super::zeros::{UnloadedReadings, ZeroDrifts, time_of};
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_units_and_text::count::counted;
+use stiffbench_units_and_text::digits::significant;
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 /// Below this ratio of slope to standard uncertainty, 1/slope is more than 4 % off its linear uncertainty.
@@ -38,12 +40,9 @@ pub(super) struct CellWork {
 impl CellWork {
     /// What is known of the unloaded state after the loads.
     pub(super) fn back_to_zero(&self, has_scatter: bool, drifts: &ZeroDrifts) -> Return {
-        let away = self.flags.iter().find_map(|flag| match flag {
-            Flag::ReturnToZero { mean_m, .. } => Some(*mean_m),
-            _ => None,
-        });
-        if let Some(mean_m) = away {
-            return Return::Away(mean_m);
+        let mut flags = self.flags.iter();
+        if let Some(away) = flags.find(|flag| flag.rule == "return-to-zero") {
+            return Return::Away(away.size);
         }
         if has_scatter && !self.unloaded.returns_m.is_empty() {
             return Return::WithinNoise;
@@ -107,14 +106,21 @@ fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &Gaug
         let (target_n, n) = (load.target_n, load.n);
         let (force_n, displacement_m) = (load.force_n.mean, load.displacement_m.mean);
         if opposite[index] > 0 {
-            work.flags.push(Flag::ForceSign {
-                target_n,
-                n_opposite: opposite[index],
-                n,
-            });
+            let other = opposite[index];
+            work.flags.push(Flag::new(
+                "force-sign",
+                f64::from(other),
+                format!(
+                    "{other} of {n} forces at {target_n} N have the other sign: check the polarity of the force gauge"
+                ),
+            ));
         }
         if force_n == 0.0 {
-            work.flags.push(Flag::ZeroForce { target_n });
+            work.flags.push(Flag::new(
+                "zero-force",
+                0.0,
+                format!("the mean force measured at {target_n} N is zero"),
+            ));
             continue;
         }
         // From three repeats on a load has its own scatter, the error of the zeros included.
@@ -123,17 +129,24 @@ fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &Gaug
         let t = student_t_quantile(0.975, dof).unwrap_or_default();
         let limit_m = (t * own.unwrap_or(sd_m) / (n as f64).sqrt()).max(half_step);
         if displacement_m * force_n < 0.0 {
-            work.flags.push(Flag::DisplacementSign {
-                target_n,
-                force_n,
+            work.flags.push(Flag::new(
+                "displacement-sign",
                 displacement_m,
-            });
+                format!(
+                    "at {target_n} N the mean force is {force_n:.2} N and the mean displacement {}: opposite signs, F/δ has no meaning there",
+                    um(displacement_m)
+                ),
+            ));
         } else if displacement_m.abs() <= limit_m {
-            work.flags.push(Flag::DisplacementNotResolved {
-                target_n,
+            work.flags.push(Flag::new(
+                "displacement-not-resolved",
                 displacement_m,
-                limit_m,
-            });
+                format!(
+                    "at {target_n} N the mean displacement {} is within {} of zero (95 % of its scatter, at least half a step): F/δ there is mostly noise",
+                    um(displacement_m),
+                    um(limit_m)
+                ),
+            ));
         }
     }
 }
@@ -148,19 +161,38 @@ fn flag_slope(work: &mut CellWork) {
     targets.sort_by(f64::total_cmp);
     targets.dedup();
     if targets.len() < FEWEST_LOADS {
-        work.flags.push(Flag::TooFewLoads { n: targets.len() });
+        work.flags.push(Flag::new(
+            "too-few-loads",
+            targets.len() as f64,
+            format!(
+                "{} under force (limit 3): an offset or curvature cannot be distinguished from the slope",
+                counted(targets.len(), "load")
+            ),
+        ));
     }
     let Ok(line) = &work.line else { return };
     if line.slope_m_per_n < 0.0 {
-        work.flags.push(Flag::NegativeStiffness {
-            stiffness_n_per_m: 1.0 / line.slope_m_per_n,
-        });
+        let stiffness_n_per_m = 1.0 / line.slope_m_per_n;
+        work.flags.push(Flag::new(
+            "negative-stiffness",
+            stiffness_n_per_m,
+            format!(
+                "the slope gives {} N/µm: force and displacement move against each other, check the polarity of the gauges",
+                significant(stiffness_n_per_m / 1e6, 4)
+            ),
+        ));
     }
     if let Some(type_a) = line.type_a() {
         let ratio = line.slope_m_per_n.abs() / type_a.standard_uncertainty;
         // Without any scatter the ratio is infinite or, for a flat line, not a number; both are resolved or flagged elsewhere.
         if ratio < SMALLEST_SLOPE_RATIO {
-            work.flags.push(Flag::SlopeNotResolved { ratio });
+            work.flags.push(Flag::new(
+                "slope-not-resolved",
+                ratio,
+                format!(
+                    "the slope is only {ratio:.1} times its standard uncertainty (limit 5): do not trust the interval of its inverse"
+                ),
+            ));
         }
     }
 }
@@ -218,7 +250,13 @@ fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Ga
         family,
         SeriesContrast::Slope,
         pooled,
-        |_, per_repeat, test| Flag::RepeatTrend { per_repeat, test },
+        |_, per_repeat, test| {
+            let found = format!(
+                "the stiffness of the runs changes by {} per repeat",
+                signed_percent(per_repeat)
+            );
+            Flag::tested("repeat-trend", per_repeat, &found, test, percent)
+        },
     );
 }
 
@@ -259,15 +297,14 @@ fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gaug
         pooled,
         |work, change_m, test| {
             let evidence = if unloaded(work).is_empty() {
-                ZeroEvidence::Intercepts
+                "intercepts of the runs"
             } else {
-                ZeroEvidence::UnloadedReadings
+                "unloaded readings"
             };
-            Flag::ZeroDrift {
-                change_m,
-                evidence,
-                test,
-            }
+            let change = signed_um(change_m);
+            let found =
+                format!("the {evidence} on one gauge zero move by {change} from first to last");
+            Flag::tested("zero-drift", change_m, &found, test, um)
         },
     );
 }
@@ -318,12 +355,12 @@ fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &
         SeriesContrast::Mean,
         pooled,
         |work, mean_m, test| {
-            let n_runs = work.unloaded.returns_m.len();
-            Flag::ReturnToZero {
-                mean_m,
-                n_runs,
-                test,
-            }
+            let found = format!(
+                "after unloading, the gauge shows {} from its start (mean of {})",
+                signed_um(mean_m),
+                counted(work.unloaded.returns_m.len(), "run")
+            );
+            Flag::tested("return-to-zero", mean_m, &found, test, um)
         },
     );
 }
@@ -346,12 +383,14 @@ fn flag_not_monotonic(works: &mut [CellWork], pooled: &PooledScatter, gauges: &G
             let error = (variance(small) + variance(large)).sqrt();
             let test = TestStatistic::new(drop_m / error, limit, n_tested, error);
             if error > 0.0 && test.is_found() {
-                work.flags.push(Flag::NotMonotonic {
-                    from_target_n: small.target_n,
-                    to_target_n: large.target_n,
-                    drop_m,
-                    test,
-                });
+                let found = format!(
+                    "the displacement falls back by {} from {} N to {} N",
+                    um(drop_m),
+                    small.target_n,
+                    large.target_n
+                );
+                work.flags
+                    .push(Flag::tested("not-monotonic", drop_m, &found, test, um));
             }
         }
     }

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::curve::{CurvePoint, LoadCurve, Run};
 use crate::readings::are_one_load;
-use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
+use stiffbench_numeric::statistics::{Estimate, LeastSquaresLine, mean, standard_deviation};
 
 /// Fewest runs whose scatter is used; with two the coverage factor would be 12.7 and the estimate of the scatter nearly useless.
 pub(super) const FEWEST_RUNS: usize = 3;
@@ -28,30 +28,15 @@ impl StraightLine {
     pub(super) fn through<'a>(
         points: impl Iterator<Item = &'a CurvePoint> + Clone,
     ) -> Option<Self> {
-        let n = points.clone().count();
-        let sums = points.clone().fold((0.0, 0.0), |(f, d), p| {
-            (f + p.force_n, d + p.displacement_m)
-        });
-        let mean_force_n = sums.0 / n as f64;
-        let mean_displacement_m = sums.1 / n as f64;
-        let (mut sxx, mut sxy, mut size) = (0.0, 0.0, 0.0);
-        for p in points {
-            let force = p.force_n - mean_force_n;
-            sxx += force * force;
-            sxy += force * (p.displacement_m - mean_displacement_m);
-            size += p.force_n * p.force_n;
-        }
-        // Also false for no points at all, where everything is NaN or zero.
-        if n == 0 || sxx <= SMALLEST_RELATIVE_SPREAD * size {
-            return None;
-        }
-        let slope_m_per_n = sxy / sxx;
-        Some(Self {
-            slope_m_per_n,
-            intercept_m: mean_displacement_m - slope_m_per_n * mean_force_n,
-            mean_force_n,
-            sxx_n2: sxx,
-            n,
+        let size: f64 = points.clone().map(|p| p.force_n * p.force_n).sum();
+        let pairs = points.clone().map(|p| (p.force_n, p.displacement_m));
+        let line = LeastSquaresLine::through(pairs)?;
+        (line.sxx > SMALLEST_RELATIVE_SPREAD * size).then(|| Self {
+            slope_m_per_n: line.slope,
+            intercept_m: line.at(0.0),
+            mean_force_n: line.mean.0,
+            sxx_n2: line.sxx,
+            n: points.count(),
         })
     }
 

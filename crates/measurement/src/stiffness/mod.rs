@@ -52,7 +52,7 @@ pub use covariance::{LnParts, LnStiffnessCovariance};
 pub use curve::{Branches, CurvePoint, LoadCurve, LoadMean, Run, Spread};
 pub use display_step::step_of;
 pub use estimate::{Method, ScatterBasis, stiffness_value};
-pub use flags::{Flag, ReadingPlace, ZeroEvidence};
+pub use flags::{Flag, ReadingPlace};
 pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits, read_off_words};
 pub use grouping::LeftOut;
 pub use hysteresis::{Hysteresis, LargestWidth, LoopWidth, NoHysteresis};

@@ -4,7 +4,7 @@
 //! standard deviation is pooled over all cells, and the limit is set for all readings of the table together.
 
 use super::checks::CellWork;
-use super::flags::{Flag, ReadingPlace};
+use super::flags::{Flag, ReadingPlace, signed_um, um};
 use super::gauges::GaugePair;
 use super::scatter::{CellScatter, ONE_COMPLIANCE, PooledScatter};
 use super::significance::{TestStatistic, deviation_limit};
@@ -167,16 +167,22 @@ fn flag_farthest(
     // A reading that is off by x shows x times its variance share, since it pulls its line and its load mean; in units of the root of
     // that share.
     let error = sd_m / farthest.variance_share.sqrt();
-    work.flags.push(Flag::Outlier {
-        place: ReadingPlace {
+    let deviation_m = farthest.distance_m / farthest.variance_share;
+    let found = format!(
+        "reading {} (repeat {}, {} N) is {} from what the other readings predict, pooled standard deviation {}",
+        point.seq,
+        point.repeat,
+        work.curve.loads[point.load].target_n,
+        signed_um(deviation_m),
+        um(sd_m)
+    );
+    let test = TestStatistic::new(statistic(farthest), limit, n_tested, error);
+    work.flags.push(Flag {
+        reading: Some(ReadingPlace {
             seq: point.seq,
             line: point.line,
-            repeat: point.repeat,
-        },
-        target_n: work.curve.loads[point.load].target_n,
-        deviation_m: farthest.distance_m / farthest.variance_share,
-        sd_m,
-        test: TestStatistic::new(statistic(farthest), limit, n_tested, error),
+        }),
+        ..Flag::tested("outlier", deviation_m, &found, test, um)
     });
     work.excluded.push((run, index));
     work.scatter = Some(CellScatter::new(&work.curve, line, &work.excluded));

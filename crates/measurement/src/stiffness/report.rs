@@ -304,7 +304,7 @@ impl From<&CellStiffness> for StiffnessCellReport {
             straight_part: row
                 .flags
                 .iter()
-                .find_map(Flag::straight_part)
+                .find_map(|flag| flag.straight_part.as_ref())
                 .map(Into::into),
             hysteresis: row.hysteresis_report(),
         }
@@ -402,17 +402,14 @@ impl From<&BudgetRow> for BudgetRowReport {
 
 impl From<&Flag> for FlagReport {
     fn from(flag: &Flag) -> Self {
-        let test = flag.test();
+        let test = flag.test;
         Self {
-            rule: flag.rule().into(),
-            message: flag.to_string(),
+            rule: flag.rule.into(),
+            message: flag.message.clone(),
             statistic: test.map(|test| test.statistic),
             limit: test.map(|test| test.limit),
             n_tested: test.map(|test| test.n_tested),
-            seq: match flag {
-                Flag::Outlier { place, .. } => Some(place.seq),
-                _ => None,
-            },
+            seq: flag.reading.map(|reading| reading.seq),
         }
     }
 }

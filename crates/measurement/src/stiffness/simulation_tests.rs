@@ -263,11 +263,8 @@ fn a_drift_of_ten_micrometres_a_sweep_is_flagged_and_in_the_budget() {
     let (mut flagged, mut falsely, mut covered) = (0, 0, 0.0);
     let sessions = 100;
     let flags = |table: &StiffnessTable| {
-        let found = |row: &&CellStiffness| {
-            row.flags
-                .iter()
-                .any(|flag| matches!(flag, Flag::ReturnToZero { .. }))
-        };
+        let found =
+            |row: &&CellStiffness| row.flags.iter().any(|flag| flag.rule == "return-to-zero");
         table.cells.iter().filter(found).count()
     };
     for seed in 0..sessions {

@@ -2,7 +2,7 @@
 
 use super::checks::CellWork;
 use super::curve::{Branches, LoadCurve};
-use super::flags::Flag;
+use super::flags::{Flag, half};
 use super::gauges::GaugePair;
 use super::line::StraightLine;
 use super::outliers::{ROUNDING, step_variance_m2};
@@ -118,14 +118,23 @@ impl CellWork {
             VISIBLE / slope.abs()
         };
         let [departure_m, range_m] = self.departure_and_range();
-        (apart(&halves) > least).then(|| Flag::NotStraight {
-            f,
-            dof,
-            halves,
-            by_repeats,
-            departure_m,
-            departure_share: departure_m / range_m,
-            part: by_repeats.then(part).flatten(),
+        (apart(&halves) > least).then(|| {
+            let straight_part = by_repeats.then(part).flatten();
+            let message = format!(
+                "the loads do not lie on a straight line: K is {} and {} (lack of fit against the {}, F({:.0}, {:.0}) = {f:.1}, p < 0.01; the largest departure is {:.1} µm, {:.1} % of the range). U applies to the line and does not include the curvature: state K with a range of loads (stiffbench stiffness --from-load N --to-load N){}",
+                half(&halves[0]),
+                half(&halves[1]),
+                if by_repeats { "repeats" } else { "scatter of neighbours" },
+                dof[0],
+                dof[1],
+                1e6 * departure_m,
+                100.0 * (departure_m / range_m),
+                straight_part.map_or_else(String::new, |part| format!(". {part}"))
+            );
+            Flag {
+                straight_part,
+                ..Flag::new("not-straight", f, message)
+            }
         })
     }
 

@@ -315,7 +315,7 @@ mod tests {
     }
 
     fn has(row: &CellStiffness, rule: &str) -> bool {
-        row.flags.iter().any(|flag| flag.rule() == rule)
+        row.flags.iter().any(|flag| flag.rule == rule)
     }
 
     #[test]

@@ -7,9 +7,9 @@ use encoding_rs::{
     WINDOWS_1252, WINDOWS_1254,
 };
 
-use super::error::{LinePlace, TableFileError};
 use super::keywords;
 use super::layout::TextEncoding;
+use crate::readings::{TableError, line_of};
 
 /// Bytes in which the encoding is looked for.
 const LOOKED_AT: usize = 4096;
@@ -27,12 +27,12 @@ const CODE_PAGES: [(TextEncoding, &Encoding); 6] = [
 /// The text of a file: as stated, else UTF-8 or UTF-16, else in the code page in which its words are words.
 ///
 /// # Errors
-/// [`TableFileError::NotText`] for bytes that are none.
+/// [`TableError`] for bytes that are none.
 pub(super) fn decode<'a>(
     file: &str,
     bytes: &'a [u8],
     stated: Option<TextEncoding>,
-) -> Result<(Cow<'a, str>, TextEncoding), TableFileError> {
+) -> Result<(Cow<'a, str>, TextEncoding), TableError> {
     let (text, encoding) = match (bytes, stated) {
         ([0xEF, 0xBB, 0xBF, rest @ ..], None) => (eight_bits(rest).0, TextEncoding::Utf8Marked),
         ([0xFF, 0xFE, rest @ ..], None) => (of(UTF_16LE, rest), TextEncoding::Utf16),
@@ -52,8 +52,13 @@ pub(super) fn decode<'a>(
             (encoding.decode(bytes).0, stated)
         }
     };
-    let wrong = |place: usize| TableFileError::NotText {
-        at: LinePlace::new(file, text[..place].matches('\n').count() as u32 + 1),
+    let wrong = |place: usize| {
+        let line = text[..place].matches('\n').count() as u32 + 1;
+        TableError::new(
+            "stiffbench::table::not_text",
+            format!("{}: not text", line_of(file, line)),
+            "export the measured values as text, CSV or XLSX; state the encoding of a text with --encoding",
+        )
     };
     let broken = (encoding == TextEncoding::Utf16 || stated.is_some())
         .then(|| text.find('\u{fffd}'))

@@ -360,7 +360,7 @@ fn is_preamble(record: &TextRecord, width: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table_files::layout::FieldDelimiter;
+    use crate::readings::FieldDelimiter;
     use crate::table_files::records::{lines, split};
 
     fn parts(text: &str, wanted: &[&str]) -> Option<TableParts> {

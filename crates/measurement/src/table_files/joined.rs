@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::columns::FileColumn;
-use super::error::TableFileError;
-use super::table::{FileRow, MachineTable};
+use super::table::{FileRow, MachineTable, no_numbers};
+use crate::readings::TableError;
 use stiffbench_units_and_text::nearest::listed_names;
 
 impl MachineTable {
@@ -15,16 +15,12 @@ impl MachineTable {
     /// - `column`: the name of that column.
     ///
     /// # Errors
-    /// [`TableFileError::OtherColumns`] for the first whose columns are not those of the first.
-    pub(super) fn joined(
-        tables: Vec<(String, Self)>,
-        column: &str,
-    ) -> Result<Self, TableFileError> {
+    /// [`TableError`] for the first whose columns are not those of the first.
+    pub(super) fn joined(tables: Vec<(String, Self)>, column: &str) -> Result<Self, TableError> {
         let is_alone = tables.len() == 1;
         let mut tables = tables.into_iter();
         let Some((name, mut all)) = tables.next() else {
-            let file = String::new();
-            return Err(TableFileError::Empty { file });
+            return Err(no_numbers(""));
         };
         if is_alone {
             return Ok(all);
@@ -38,12 +34,17 @@ impl MachineTable {
             let are_alike = columns.len() == known.len()
                 && columns.iter().zip(&known).all(|(a, b)| alike(a, b));
             if !are_alike {
-                return Err(TableFileError::OtherColumns {
-                    at: next.header(),
-                    found: listed_names(next.names()),
-                    first: all.source.clone(),
-                    expected: listed_names(known.iter().map(|column| column.name.as_str())),
-                });
+                let expected = listed_names(known.iter().map(|column| column.name.as_str()));
+                return Err(TableError::new(
+                    "stiffbench::table::other_columns",
+                    format!(
+                        "{}: the columns are {}, and those of {} {expected}",
+                        next.header(),
+                        listed_names(next.names()),
+                        all.source
+                    ),
+                    "several files are the repeats of one table: read files with other columns by themselves",
+                ));
             }
             next.add_texts(column, &name);
             for (column, of_next) in all.layout.columns.iter_mut().zip(&next.layout.columns) {

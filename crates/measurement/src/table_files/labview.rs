@@ -4,9 +4,9 @@
 //! National Instruments, Specification for the LabVIEW Measurement File (.lvm).
 
 use super::columns::{FileColumn, StatedUnit};
-use super::layout::FieldDelimiter;
 use super::records::TextRecord;
 use crate::readings::DecimalSign;
+use crate::readings::FieldDelimiter;
 
 /// What ends the tags above a file and above each segment.
 const END: &str = "***End_of_Header***";

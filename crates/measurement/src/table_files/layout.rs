@@ -7,41 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::FileColumn;
-
-/// What delimits the fields of a text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum FieldDelimiter {
-    /// A tab.
-    Tab,
-    /// `;`
-    Semicolon,
-    /// `,`
-    Comma,
-    /// One or more blanks or tabs.
-    Blanks,
-}
-
-impl FieldDelimiter {
-    /// All, in order of preference.
-    pub(super) const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
-
-    /// The sign between two fields; `None` for blanks, of which there may be several.
-    pub(super) fn sign(self) -> Option<char> {
-        match self {
-            Self::Tab => Some('\t'),
-            Self::Semicolon => Some(';'),
-            Self::Comma => Some(','),
-            Self::Blanks => None,
-        }
-    }
-}
-
-impl fmt::Display for FieldDelimiter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.serialize(f)
-    }
-}
+use crate::readings::FieldDelimiter;
 
 /// How the text of a file is encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

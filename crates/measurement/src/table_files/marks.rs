@@ -2,11 +2,11 @@
 
 use super::cell::{DecimalHint, NumberMarks};
 use super::columns::FileColumn;
-use super::error::{LinePlace, TableFileError};
 use super::find::TableParts;
 use super::options::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
-use crate::readings::{DecimalSign, FileCell};
+use super::table::{either_decimal, mixed_decimals};
+use crate::readings::{DecimalSign, FileCell, TableError, line_of};
 
 /// The decimal sign and that between thousands, from all numbers of the table.
 pub(super) fn number_marks(
@@ -16,7 +16,7 @@ pub(super) fn number_marks(
     parts: &TableParts,
     told: Option<DecimalSign>,
     options: &TableFileOptions,
-) -> Result<NumberMarks, TableFileError> {
+) -> Result<NumberMarks, TableError> {
     // Where each decimal sign, and a mark that may be either, was first seen: line, column, cell.
     let mut seen: [Option<(u32, usize, &str)>; 4] = [None; 4];
     let cells = || {
@@ -54,10 +54,7 @@ pub(super) fn number_marks(
             } else {
                 (comma, point)
             };
-            return Err(TableFileError::MixedDecimals {
-                cell: named(later),
-                first_line: first.0,
-            });
+            return Err(mixed_decimals(&named(later), first.0));
         }
         (None, [_, Some(_), ..]) => DecimalSign::Comma,
         (None, [None, None, comma, point]) => {
@@ -67,8 +64,7 @@ pub(super) fn number_marks(
                 ThreeDigits::Decimal => None,
             };
             if let Some(refused) = refused {
-                let cell = named(refused);
-                return Err(TableFileError::EitherDecimal { cell });
+                return Err(either_decimal(&named(refused)));
             }
             match (comma, point) {
                 (Some(_), None) => DecimalSign::Comma,
@@ -93,7 +89,7 @@ pub(super) fn refuse_decimal_commas(
     source: &str,
     records: &[TextRecord],
     parts: &TableParts,
-) -> Result<(), TableFileError> {
+) -> Result<(), TableError> {
     let rows = || parts.rows.iter().map(|(index, _)| &records[*index]);
     let is_whole = |cell: &str| {
         let digits = cell.strip_prefix(['+', '-', '−']).unwrap_or(cell);
@@ -113,8 +109,13 @@ pub(super) fn refuse_decimal_commas(
     if !(in_pairs || uneven || fewer_names) || !rows().all(are_whole) {
         return Ok(());
     }
-    Err(TableFileError::CommaOrDecimal {
-        at: LinePlace::new(source, first.line),
-        row: first.fields.iter().collect::<Vec<_>>().join(","),
-    })
+    let row = first.fields.iter().collect::<Vec<_>>().join(",");
+    Err(TableError::new(
+        "stiffbench::table::comma_or_decimal",
+        format!(
+            "{}: the commas in `{row}` may delimit fields or be decimal signs, and nothing shows which",
+            line_of(source, first.line)
+        ),
+        "export with semicolons or tabs between the fields, or with decimal points, or put each number in quotes. If the numbers are whole, give every column a name",
+    ))
 }

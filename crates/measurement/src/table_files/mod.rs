@@ -7,7 +7,6 @@
 mod cell;
 mod columns;
 mod decode;
-mod error;
 mod find;
 mod joined;
 pub(crate) mod keywords;
@@ -27,9 +26,9 @@ mod unit_cells;
 /// Columns that tell apart what is read as one table: its segments, files or sheets, and columns that stand below each other.
 pub(crate) const OWN_COLUMNS: [&str; 4] = ["segment", "file", "sheet", "series"];
 
+pub use crate::readings::FieldDelimiter;
 pub use columns::{FileColumn, StatedUnit};
-pub use error::{LinePlace, TableFileError};
-pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
+pub use layout::{FileLayout, TextEncoding};
 pub use options::{TableFileOptions, ThreeDigits};
 pub use read::{read_table_file, read_table_files};
 pub use table::{FileRow, MachineTable};

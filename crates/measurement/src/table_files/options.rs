@@ -1,7 +1,8 @@
 //! What the caller knows of a file.
 
-use super::layout::{FieldDelimiter, TextEncoding};
+use super::layout::TextEncoding;
 use crate::readings::DecimalSign;
+use crate::readings::FieldDelimiter;
 
 /// What the caller knows of a file; the rest is found from the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -5,19 +5,19 @@ use csv::StringRecord;
 use super::cell::NumberMarks;
 use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
-use super::error::{LinePlace, TableFileError};
 use super::find::{self, TableParts};
 use super::keywords;
 use super::labview::{self, SegmentTags};
-use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
+use super::layout::{FileLayout, TextEncoding};
 use super::marks::{number_marks, refuse_decimal_commas};
 use super::names::{in_brackets, is_unit, name_and_unit};
 use super::options::TableFileOptions;
 use super::records::{TextRecord, lines, split};
 use super::sheet;
-use super::table::{FileRow, MachineTable, TablePart};
+use super::table::{FileRow, MachineTable, TablePart, no_numbers};
 use super::unit_cells::{name_units_of_cells, take_units_off};
-use crate::readings::{Conversion, DecimalSign, is_spreadsheet};
+use crate::readings::FieldDelimiter;
+use crate::readings::{Conversion, DecimalSign, TableError, is_spreadsheet, line_of};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -31,27 +31,30 @@ const SEGMENT: &str = "segment";
 /// - `bytes`: what it holds.
 ///
 /// # Errors
-/// [`TableFileError`] with line, column, value and remedy, for the first thing that is wrong.
+/// [`TableError`] with line, column, value and remedy, for the first thing that is wrong.
 pub fn read_table_file(
     source: &str,
     bytes: &[u8],
     options: &TableFileOptions,
-) -> Result<MachineTable, TableFileError> {
+) -> Result<MachineTable, TableError> {
     if is_spreadsheet(bytes) {
         return read_workbook(source, bytes, options);
     }
     if let Some(sheet) = &options.sheet {
-        return Err(TableFileError::NoSpreadsheet {
-            file: source.to_owned(),
-            sheet: sheet.clone(),
-        });
+        return Err(TableError::new(
+            "stiffbench::table::text_has_no_sheets",
+            format!("{source}: the file is text and has no sheet `{sheet}`"),
+            "leave out --sheet",
+        ));
     }
     let (text, encoding) = decode(source, bytes, options.encoding)?;
     let lines = lines(&text);
     if u32::try_from(lines.len()).is_err() {
-        return Err(TableFileError::TooLong {
-            file: source.to_owned(),
-        });
+        return Err(TableError::new(
+            "stiffbench::table::too_long",
+            format!("{source}: more than four thousand million lines"),
+            "divide the file",
+        ));
     }
     let (delimiter, told_line) = delimiter(&lines, options);
     let mut records = split(&lines, delimiter, usize::MAX);
@@ -77,7 +80,7 @@ fn read_workbook(
     source: &str,
     bytes: &[u8],
     options: &TableFileOptions,
-) -> Result<MachineTable, TableFileError> {
+) -> Result<MachineTable, TableError> {
     let sheets = sheet::read_sheets(source, bytes, options)?;
     let names: Vec<String> = sheets.iter().map(|(_, name)| name.clone()).collect();
     let table = |(records, name): (Vec<TextRecord>, String)| {
@@ -96,12 +99,13 @@ fn read_workbook(
         Ok((name, assemble(&of_sheet, records, told, options)?))
     };
     let tables = sheets.into_iter().map(table).collect::<Result<_, _>>()?;
-    MachineTable::joined(tables, "sheet").map_err(|error| match error {
-        TableFileError::OtherColumns { .. } => TableFileError::SeveralSheets {
-            file: source.to_owned(),
-            found: listed_names(names.iter().map(String::as_str)),
-        },
-        error => error,
+    MachineTable::joined(tables, "sheet").map_err(|_| {
+        let found = listed_names(names.iter().map(String::as_str));
+        TableError::new(
+            "stiffbench::table::several_sheets",
+            format!("{source}: several sheets hold rows of numbers in other columns: {found}"),
+            "name one of these with --sheet",
+        )
     })
 }
 
@@ -111,11 +115,11 @@ fn read_workbook(
 /// - `files`: names of the inputs, for messages, and their bytes.
 ///
 /// # Errors
-/// Those of [`read_table_file`], and [`TableFileError::OtherColumns`].
+/// Those of [`read_table_file`]; of files with other columns.
 pub fn read_table_files(
     files: &[(&str, &[u8])],
     options: &TableFileOptions,
-) -> Result<MachineTable, TableFileError> {
+) -> Result<MachineTable, TableError> {
     let table = |(name, bytes): &(&str, &[u8])| {
         Ok(((*name).to_owned(), read_table_file(name, bytes, options)?))
     };
@@ -199,21 +203,33 @@ fn assemble(
     mut records: Vec<TextRecord>,
     told: TextFormat,
     options: &TableFileOptions,
-) -> Result<MachineTable, TableFileError> {
-    let file = source.to_owned();
-    let at = |line| LinePlace::new(source, line);
+) -> Result<MachineTable, TableError> {
+    let open_quote = |record: &TextRecord| {
+        TableError::new(
+            "stiffbench::table::unclosed_quote",
+            format!(
+                "{}: a quote opens and never ends",
+                line_of(source, record.line)
+            ),
+            "close the quote, or remove it",
+        )
+    };
     if records
         .iter()
         .all(|record| record.is_comment || record.is_blank())
     {
-        return Err(TableFileError::Empty { file });
+        return Err(TableError::new(
+            "stiffbench::table::empty",
+            format!(
+                "{source}: the file is empty, expected a line with column names and rows of numbers"
+            ),
+            "export the measured values as text, CSV or XLSX",
+        ));
     }
     let Some(parts) = find::find(&records, &options.columns) else {
         return Err(match records.iter().find(|record| record.is_open) {
-            Some(record) => TableFileError::UnclosedQuote {
-                at: at(record.line),
-            },
-            None => TableFileError::NoNumbers { file },
+            Some(record) => open_quote(record),
+            None => no_numbers(source),
         });
     };
     let of_table = parts
@@ -224,8 +240,7 @@ fn assemble(
         .map(|index| &records[index])
         .find(|record| record.is_open)
     {
-        let at = at(open.line);
-        return Err(TableFileError::UnclosedQuote { at });
+        return Err(open_quote(open));
     }
     if told.delimiter == Some(FieldDelimiter::Comma) {
         refuse_decimal_commas(source, &records, &parts)?;
@@ -235,11 +250,12 @@ fn assemble(
     for (index, _) in &parts.rows {
         let (found, expected) = (records[*index].len(), columns.len());
         if found > expected {
-            return Err(TableFileError::FieldCount {
-                at: at(records[*index].line),
-                expected,
-                found,
-            });
+            let at = line_of(source, records[*index].line);
+            return Err(TableError::new(
+                "stiffbench::table::field_count",
+                format!("{at}: {found} fields, expected {expected}"),
+                "are there decimal commas in a table delimited by commas? Then put the numbers in quotes or use another delimiter. Else give every column a name",
+            ));
         }
     }
     mark_numeric(&mut columns, &records, &parts);

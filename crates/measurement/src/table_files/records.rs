@@ -2,7 +2,7 @@
 
 use csv::StringRecord;
 
-use super::layout::FieldDelimiter;
+use crate::readings::FieldDelimiter;
 
 /// Lines that a quoted field may span; a quote that stays open longer is taken as a character.
 const LONGEST_QUOTE: usize = 64;

@@ -6,12 +6,12 @@ use calamine::{Data, Range, Reader, Sheets, XlsxError, open_workbook_auto_from_r
 use csv::StringRecord;
 
 use super::cell::{CellKind, DecimalHint, NumberMarks, kind};
-use super::error::TableFileError;
 use super::options::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
 use super::sheet_size;
+use super::table::{either_decimal, no_numbers};
 use super::unit_cells::take_units_off;
-use crate::readings::{DecimalSign, FileCell};
+use crate::readings::{DecimalSign, FileCell, TableError};
 use stiffbench_units_and_text::nearest::listed_names;
 
 /// The records of sheets with their names: of the one that is asked for, else of all with rows of numbers.
@@ -19,10 +19,13 @@ pub(super) fn read_sheets(
     file: &str,
     bytes: &[u8],
     options: &TableFileOptions,
-) -> Result<Vec<(Vec<TextRecord>, String)>, TableFileError> {
-    let wrong = |problem: String| TableFileError::Spreadsheet {
-        file: file.to_owned(),
-        problem,
+) -> Result<Vec<(Vec<TextRecord>, String)>, TableError> {
+    let wrong = |problem: String| {
+        TableError::new(
+            "stiffbench::table::spreadsheet",
+            format!("{file}: the spreadsheet cannot be read: {problem}"),
+            "open it in the spreadsheet program and save it as XLSX without a password, or as CSV",
+        )
     };
     let bytes = sheet_size::of_bounded_size(bytes).map_err(wrong)?;
     let mut book: Sheets<_> =
@@ -30,11 +33,12 @@ pub(super) fn read_sheets(
     let names = book.sheet_names();
     if let Some(wanted) = &options.sheet {
         let Some(name) = names.iter().find(|name| *name == wanted) else {
-            return Err(TableFileError::NoSheet {
-                file: file.to_owned(),
-                sheet: wanted.to_owned(),
-                found: listed_names(names.iter().map(String::as_str)),
-            });
+            let found = listed_names(names.iter().map(String::as_str));
+            return Err(TableError::new(
+                "stiffbench::table::no_sheet",
+                format!("{file}: no sheet `{wanted}` among {found}"),
+                "name one of these with --sheet",
+            ));
         };
         let range = range(&mut book, name).map_err(wrong)?;
         return Ok(vec![(records(file, &range, options)?, name.clone())]);
@@ -48,9 +52,7 @@ pub(super) fn read_sheets(
         }
     }
     if with_numbers.is_empty() {
-        return Err(TableFileError::NoNumbers {
-            file: file.to_owned(),
-        });
+        return Err(no_numbers(file));
     }
     Ok(with_numbers)
 }
@@ -92,7 +94,7 @@ fn records(
     file: &str,
     range: &Range<Data>,
     options: &TableFileOptions,
-) -> Result<Vec<TextRecord>, TableFileError> {
+) -> Result<Vec<TextRecord>, TableError> {
     let first = range.start().map_or(0, |(row, _)| row);
     let line = |index: usize| first.saturating_add(index as u32).saturating_add(1);
     let marks = marks_of_texts(file, range, line, options)?;
@@ -121,7 +123,7 @@ fn marks_of_texts(
     range: &Range<Data>,
     line: impl Fn(usize) -> u32,
     options: &TableFileOptions,
-) -> Result<NumberMarks, TableFileError> {
+) -> Result<NumberMarks, TableError> {
     let cells = range.rows().enumerate().flat_map(|(row, cells)| {
         let texts = cells.iter().enumerate();
         texts.filter_map(move |(column, cell)| match cell {
@@ -151,7 +153,7 @@ fn marks_of_texts(
             column: format!("column {}", column + 1),
             value: text.to_owned(),
         };
-        return Err(TableFileError::EitherDecimal { cell });
+        return Err(either_decimal(&cell));
     }
     let of_either = either.map(|_| DecimalSign::Comma);
     Ok(NumberMarks {

@@ -4,12 +4,12 @@ use csv::StringRecord;
 
 use super::cell::{CellFault, DecimalHint, NumberMarks, is_absent};
 use super::columns::FileColumn;
-use super::error::{LinePlace, TableFileError};
 use super::keywords::plain;
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
 use crate::readings::{
-    Conversion, DecimalSign, FileCell, NumberFault, NumberReader, unescape_formula,
+    Conversion, DecimalSign, FileCell, NumberFault, NumberReader, TableError, line_of,
+    unescape_formula,
 };
 use stiffbench_units_and_text::nearest::{listed_names, nearest};
 
@@ -47,6 +47,67 @@ pub struct MachineTable {
     pub comments: Vec<u32>,
     pub(super) parts: Vec<TablePart>,
 }
+
+/// The error for a file without a row that has a number in it.
+pub(super) fn no_numbers(source: &str) -> TableError {
+    TableError::new(
+        "stiffbench::table::no_numbers",
+        format!("{source}: no row of numbers was found"),
+        "export the measured values as text, CSV or XLSX, one reading a row; a delimiter other than tab, semicolon, comma and blanks is not known",
+    )
+}
+
+/// The error for a cell that should hold a number.
+fn bad_number(cell: &FileCell) -> TableError {
+    cell.refused("stiffbench::table::bad_number", "a number", CORRECT_VALUE)
+}
+
+/// The error for a number that is not finite, or an instrument's mark for none.
+fn not_finite(cell: &FileCell) -> TableError {
+    TableError::new(
+        "stiffbench::table::not_finite",
+        format!(
+            "{cell}: `{}` is no value: it is not finite, or the mark of an instrument for a value beyond its range",
+            cell.value
+        ),
+        CORRECT_VALUE,
+    )
+}
+
+/// The error for a cell among times that is none.
+fn bad_time(cell: &FileCell) -> TableError {
+    cell.refused(
+        "stiffbench::table::bad_time",
+        "a time like the others",
+        "known are 2024-01-31T10:05:00.25, 31.01.2024 10:05:00, 1/31/2024 10:05:00 AM and 10:05:00.25; or leave the field empty",
+    )
+}
+
+/// The error for a number with another decimal sign than that of an earlier line.
+pub(super) fn mixed_decimals(cell: &FileCell, first_line: u32) -> TableError {
+    TableError::new(
+        "stiffbench::table::mixed_decimals",
+        format!(
+            "{cell}: `{}` has another decimal sign than line {first_line}",
+            cell.value
+        ),
+        "write all numbers with the same decimal sign",
+    )
+}
+
+/// The error for a number whose mark may be that of decimals or of thousands.
+pub(super) fn either_decimal(cell: &FileCell) -> TableError {
+    TableError::new(
+        "stiffbench::table::either_decimal",
+        format!(
+            "{cell}: the mark in `{}` may be a decimal sign or stand between thousands",
+            cell.value
+        ),
+        "state it with --decimal comma or --decimal point; stiffbench import takes --thousands too",
+    )
+}
+
+const CORRECT_VALUE: &str = "correct the value, or take the row out of a copy of the file";
 
 /// From here on a number marks a value beyond the range of an instrument (9.9E37) or none at all (9.91E37): SCPI 1999, volume 1, 7.2.1.
 const OVER_RANGE: f64 = 9.9e37;
@@ -106,13 +167,13 @@ impl MachineTable {
     /// The cell as a number after a change of unit; `None` if there is none.
     ///
     /// # Errors
-    /// [`TableFileError`] for what is no number.
+    /// [`TableError`] for what is no number.
     pub(crate) fn number(
         &self,
         row: usize,
         column: usize,
         conversion: Conversion,
-    ) -> Result<Option<f64>, TableFileError> {
+    ) -> Result<Option<f64>, TableError> {
         let Some(text) = self.present(row, column) else {
             return Ok(None);
         };
@@ -121,32 +182,29 @@ impl MachineTable {
         let part = &self.parts[self.rows[row].part];
         let marks = part.marks.plain(text, &mut plain);
         marks.map_err(|fault| match fault {
-            CellFault::OtherDecimalSign => TableFileError::MixedDecimals {
-                cell: cell(),
-                first_line: self.layout.first_line,
-            },
-            CellFault::NotANumber => TableFileError::BadNumber { cell: cell() },
+            CellFault::OtherDecimalSign => mixed_decimals(&cell(), self.layout.first_line),
+            CellFault::NotANumber => bad_number(&cell()),
         })?;
         // Read before the unit is changed.
         if plain
             .parse()
             .is_ok_and(|value: f64| value.abs() >= OVER_RANGE)
         {
-            return Err(TableFileError::NotFinite { cell: cell() });
+            return Err(not_finite(&cell()));
         }
         let mut reader = NumberReader::new(Some(DecimalSign::Point));
         let read = reader.read(plain.as_bytes(), conversion, self.rows[row].line);
         read.map(Some).map_err(|fault| match fault {
-            NumberFault::NotFinite => TableFileError::NotFinite { cell: cell() },
-            _ => TableFileError::BadNumber { cell: cell() },
+            NumberFault::NotFinite => not_finite(&cell()),
+            _ => bad_number(&cell()),
         })
     }
 
     /// A column as numbers in the unit of the file, one for each row; `None` where a row has none.
     ///
     /// # Errors
-    /// [`TableFileError`] for a cell that is no number.
-    pub fn numbers(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
+    /// [`TableError`] for a cell that is no number.
+    pub fn numbers(&self, column: usize) -> Result<Vec<Option<f64>>, TableError> {
         self.numbers_in(column, Conversion::NONE)
     }
 
@@ -158,7 +216,7 @@ impl MachineTable {
         &self,
         column: usize,
         conversion: Conversion,
-    ) -> Result<Vec<Option<f64>>, TableFileError> {
+    ) -> Result<Vec<Option<f64>>, TableError> {
         let rows = 0..self.rows.len();
         rows.map(|row| self.number(row, column, conversion))
             .collect()
@@ -167,15 +225,21 @@ impl MachineTable {
     /// Times and dates of a column as seconds since the first, one for each row.
     ///
     /// # Errors
-    /// [`TableFileError`] for a cell that is no time, or whose day and month cannot be distinguished.
-    pub fn seconds(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
+    /// [`TableError`] for a cell that is no time, or whose day and month cannot be distinguished.
+    pub fn seconds(&self, column: usize) -> Result<Vec<Option<f64>>, TableError> {
         seconds_since_first(self.all_present(column)).map_err(|fault| match fault {
-            StampFault::NotATime(row) => TableFileError::BadTime {
-                cell: self.cell(row, column),
-            },
-            StampFault::DayOrMonth(row) => TableFileError::DayOrMonth {
-                cell: self.cell(row, column),
-            },
+            StampFault::NotATime(row) => bad_time(&self.cell(row, column)),
+            StampFault::DayOrMonth(row) => {
+                let cell = self.cell(row, column);
+                TableError::new(
+                    "stiffbench::table::day_or_month",
+                    format!(
+                        "{cell}: is `{}` a day and a month, or a month and a day?",
+                        cell.value
+                    ),
+                    "write dates as 2024-01-31",
+                )
+            }
         })
     }
 
@@ -188,22 +252,21 @@ impl MachineTable {
         column: usize,
         other: &Self,
         of_other: usize,
-    ) -> Result<[Vec<Option<f64>>; 2], TableFileError> {
+    ) -> Result<[Vec<Option<f64>>; 2], TableError> {
         let cells = self.all_present(column).chain(other.all_present(of_other));
         let Ok(mut first) = seconds_since_first(cells) else {
             // The table that is wrong states its own line; a form that differs is stated with the other.
             self.seconds(column)?;
             other.seconds(of_other)?;
-            let cell = other.cell(0, of_other);
-            return Err(TableFileError::BadTime { cell });
+            return Err(bad_time(&other.cell(0, of_other)));
         };
         let second = first.split_off(self.rows.len());
         Ok([first, second])
     }
 
     /// The line of the column names, for messages; the first without such a line.
-    pub(crate) fn header(&self) -> LinePlace {
-        LinePlace::new(&self.source, self.layout.header_line.unwrap_or(1))
+    pub(crate) fn header(&self) -> String {
+        line_of(&self.source, self.layout.header_line.unwrap_or(1))
     }
 
     /// The names of the columns.
@@ -238,7 +301,7 @@ impl MachineTable {
     ///
     /// # Errors
     /// For no such column, and for two of them.
-    pub(crate) fn column(&self, wanted: &str, role: &str) -> Result<usize, TableFileError> {
+    pub(crate) fn column(&self, wanted: &str, role: &str) -> Result<usize, TableError> {
         let wanted = wanted.trim();
         let small = plain(wanted);
         let columns = &self.layout.columns;
@@ -268,25 +331,38 @@ impl MachineTable {
             Some(near) => format!("is `{near}` meant? --map {role}={near}"),
             None => format!("name one of these, or its number from 1: --map {role}=COLUMN"),
         };
-        Err(TableFileError::UnknownColumn {
-            at: self.header(),
-            column: wanted.to_owned(),
-            role: role.to_owned(),
-            found: listed_names(self.names()),
+        let (at, found) = (self.header(), listed_names(self.names()));
+        let unknown = TableError::new(
+            "stiffbench::table::unknown_column",
+            format!("{at}: no column `{wanted}` for the {role}; the columns are {found}"),
             advice,
-        })
+        );
+        Err(unknown.about(vec![wanted.to_owned()]))
+    }
+
+    /// An error about one column for two things.
+    pub(crate) fn same_column(&self, column: &str, first: &str, second: &str) -> TableError {
+        TableError::new(
+            "stiffbench::table::same_column",
+            format!(
+                "{}: column `{column}` is named for the {first} and for the {second}",
+                self.source
+            ),
+            format!("name another column with --map {second}=COLUMN"),
+        )
     }
 
     /// An error about two columns of one name, at places that count from 0.
-    pub(crate) fn duplicate(&self, column: &str, role: &str, places: [usize; 2]) -> TableFileError {
+    pub(crate) fn duplicate(&self, column: &str, role: &str, places: [usize; 2]) -> TableError {
         let [first, second] = places.map(|place| place + 1);
-        TableFileError::DuplicateColumn {
-            at: self.header(),
-            column: column.to_owned(),
-            role: role.to_owned(),
-            first,
-            second,
-        }
+        TableError::new(
+            "stiffbench::table::duplicate_column",
+            format!(
+                "{}: columns {first} and {second} are both called `{column}`",
+                self.header()
+            ),
+            format!("name the intended column by its number: --map {role}={first}"),
+        )
     }
 
     /// A cell, for messages.

@@ -2,11 +2,10 @@
 
 use super::cell::DecimalHint;
 use super::columns::{FileColumn, StatedUnit};
-use super::error::TableFileError;
 use super::find::TableParts;
 use super::names::is_unit;
 use super::records::TextRecord;
-use crate::readings::FileCell;
+use crate::readings::{TableError, line_of};
 
 /// Leaves the numbers in the fields, and notes their units in the record.
 pub(super) fn take_units_off(records: &mut [TextRecord]) {
@@ -47,7 +46,7 @@ pub(super) fn name_units_of_cells(
     columns: &mut [FileColumn],
     records: &[TextRecord],
     parts: &TableParts,
-) -> Result<(), TableFileError> {
+) -> Result<(), TableError> {
     for (row, _) in &parts.rows {
         let record = &records[*row];
         for (index, unit) in &record.units {
@@ -61,15 +60,15 @@ pub(super) fn name_units_of_cells(
                 }
                 Some(known) if known == unit => {}
                 Some(known) => {
-                    return Err(TableFileError::MixedUnits {
-                        cell: FileCell {
-                            file: source.to_owned(),
-                            line: record.line,
-                            column: column.name.clone(),
-                            value: unit.clone(),
-                        },
-                        expected: known.clone(),
-                    });
+                    return Err(TableError::new(
+                        "stiffbench::table::mixed_units",
+                        format!(
+                            "{}, column `{}`: the unit is {unit}, and {known} before",
+                            line_of(source, record.line),
+                            column.name
+                        ),
+                        "write all values of a column in one unit",
+                    ));
                 }
             }
         }

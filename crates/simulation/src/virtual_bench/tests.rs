@@ -3,7 +3,7 @@
 use super::*;
 use crate::NoiseShape;
 use stiffbench_beams::robot::Predictor;
-use stiffbench_measurement::readings::{Reading, WrittenRows, read_vector_readings, write_rows};
+use stiffbench_measurement::readings::{Reading, WrittenRows, read_readings, write_rows};
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::Branch;
@@ -128,9 +128,7 @@ fn a_plan_without_loads_or_a_noise_below_zero_is_refused() {
     };
     assert!(matches!(
         bench.run(&procedure, "s", 0),
-        Err(BenchError::Procedure(ProcedureProblem::Empty {
-            key: "loads"
-        }))
+        Err(BenchError::Procedure(problem)) if problem.key == "loads"
     ));
     let error = bench.run(&sweeps(&["P9"]), "s", 0).unwrap_err();
     assert!(matches!(error, BenchError::Robot(_)), "{error}");
@@ -278,7 +276,7 @@ fn readings_of_several_gauges_are_written_and_read_again() {
             ..WrittenRows::default()
         };
         write_rows(&table, rows, &mut written).unwrap();
-        let again = read_vector_readings("readings.csv", written.as_slice()).unwrap();
+        let again = read_readings("readings.csv", written.as_slice()).unwrap();
         assert_eq!(again.fields.rows.len(), 2 * 3 * 3 * 7);
         assert_eq!(again.loads().count(), again.fields.rows.len());
         for (read, made) in again.loads().zip(table.readings.chunks(2)) {

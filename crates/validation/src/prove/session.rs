@@ -10,7 +10,7 @@ use stiffbench_diagnosis::fit::usual_parameters;
 use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
 use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::readings::{ReadOptions, ReadingTable, SessionHeader, read_readings};
+use stiffbench_measurement::readings::{ReadingTable, SessionHeader, read_readings};
 use stiffbench_units_and_text::source_text::SourceText;
 
 use super::error::ProveError;
@@ -55,7 +55,7 @@ impl ValidationSession {
         let robot = Robot::parse(&texts.robot)?;
         let header = SessionHeader::from_toml(&texts.header.name, &texts.header.text)?.header;
         let readings = Cursor::new(texts.readings.as_bytes());
-        let table = read_readings(&texts.id, readings, &ReadOptions::default())?;
+        let table = read_readings(&texts.id, readings)?;
         let factors = match &header.factors {
             Some(name) => robot.factor_set(name)?,
             None => robot.default_factors().1,

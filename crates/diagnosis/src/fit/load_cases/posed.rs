@@ -1,9 +1,7 @@
 //! Load cases of one robot: poses, loads and what was read, all in the axes of the base.
 
 use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot, TrackedPoses, Variable};
-use stiffbench_measurement::load_cases::{
-    JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
-};
+use stiffbench_measurement::load_cases::{JointUnit, LoadAxes, LoadCase, LoadCaseTable};
 use stiffbench_measurement::stiffness::step_of;
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -390,10 +388,8 @@ fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, FitErro
         let exact = names().position(|known| known == name);
         exact.or_else(|| names().position(|known| known.eq_ignore_ascii_case(name)))
     };
-    for note in &table.notes {
-        if let LoadCaseNote::UnusedColumn(column) = note {
-            refuse_bare_variable(robot, table, column)?;
-        }
+    for column in &table.unused_columns {
+        refuse_bare_variable(robot, table, column)?;
     }
     let columns = table
         .joints

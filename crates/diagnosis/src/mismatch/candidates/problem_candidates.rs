@@ -98,7 +98,7 @@ impl CandidateMemo {
 #[cfg(test)]
 mod tests {
     use stiffbench_beams::robot::Robot;
-    use stiffbench_measurement::readings::{ReadOptions, SessionHeader, read_readings};
+    use stiffbench_measurement::readings::{SessionHeader, read_readings};
     use stiffbench_test_files::text;
     use stiffbench_units_and_text::source_text::SourceText;
 
@@ -130,7 +130,7 @@ mod tests {
         let header = file("sessions/2b464bf8/session.toml");
         let header = SessionHeader::from_toml("session.toml", header).unwrap();
         let readings = file("sessions/2b464bf8/readings.csv");
-        let table = read_readings("2b464bf8", readings.as_bytes(), &ReadOptions::default());
+        let table = read_readings("2b464bf8", readings.as_bytes());
         let observations = Observations::new(&table.unwrap(), Some(&header.header));
         let robot = file("robots/serial-arm-more-poses.toml");
         let robot = Robot::parse(&SourceText::new("robot", robot)).unwrap();

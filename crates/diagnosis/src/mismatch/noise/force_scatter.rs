@@ -277,7 +277,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
-    use stiffbench_measurement::readings::{ReadOptions, read_readings};
+    use stiffbench_measurement::readings::read_readings;
 
     use crate::mismatch::noise::{ForceReading, estimate_noise};
     use crate::mismatch::observed::Observations;
@@ -309,7 +309,7 @@ mod tests {
                 }
             }
         }
-        let table = read_readings("t.csv", table.as_bytes(), &ReadOptions::default()).unwrap();
+        let table = read_readings("t.csv", table.as_bytes()).unwrap();
         let observations = Observations::new(&table, None);
         let rows = 0..observations.len();
         let compliance: Vec<f64> = rows

@@ -1,7 +1,6 @@
 //! Derivatives of positions and displacements against differences of predictions.
 
 use stiffbench_measurement::load_cases::{LoadCaseTable, read_load_cases};
-use stiffbench_measurement::readings::ReadOptions;
 use stiffbench_numeric::least_squares::minimise;
 use stiffbench_test_files::text;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -25,7 +24,7 @@ fn positions() -> LoadCaseTable {
     let text = text("fixtures/elastic-calibration/loads.csv");
     let rows: Vec<&str> = text.lines().take(13).collect();
     let text = rows.join("\n");
-    read_load_cases("positions.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
+    read_load_cases("positions.csv", text.as_bytes()).unwrap()
 }
 
 fn model<'a>(

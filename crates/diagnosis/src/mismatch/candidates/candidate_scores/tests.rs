@@ -1,5 +1,5 @@
 use nalgebra::DMatrix;
-use stiffbench_measurement::readings::{ReadOptions, read_readings};
+use stiffbench_measurement::readings::read_readings;
 use stiffbench_test_files::text;
 
 use super::*;
@@ -42,7 +42,7 @@ fn dense(observations: &Observations, state: &State) -> DMatrix<f64> {
 #[test]
 fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let session = text("data/sessions/demo/readings.csv");
-    let table = read_readings("readings.csv", session.as_bytes(), &ReadOptions::default()).unwrap();
+    let table = read_readings("readings.csv", session.as_bytes()).unwrap();
     let observations = Observations::new(&table, None);
     let robot = hp_robot();
     let factors = robot.factor_set("m_fsd").unwrap();
