@@ -138,8 +138,11 @@ fn add(mut sum: [Gradient; AT_ONCE], more: &[Gradient; AT_ONCE]) -> [Gradient; A
     sum
 }
 
-/// Derivatives of the stiffness of up to three columns in each of the rows.
-fn gradients(
+/// Derivatives of the stiffness of up to three columns in each of the rows: N/m to ln a of a factor, and to the compliance of a spring.
+///
+/// # Errors
+/// [`RobotError`] if the model cannot be built; its poses were solved before.
+pub(in crate::distribution) fn gradients(
     model: &MapModel<'_>,
     map: &StiffnessMap,
     poses: &PoseSample,
@@ -152,8 +155,11 @@ fn gradients(
     };
     let (robot, mechanism) = (model.robot(), model.mechanism());
     let (theory, room) = (Theory::EulerBernoulli, POSES.min(rows.len()));
-    let mut predictor =
-        MultiPosePredictor::with(robot, mechanism, joints, theory, parameters, room)?;
+    // Springs of the model that are no parameters are there too, behind these.
+    let springs = model.factors().springs();
+    let others = springs.filter(|spring| !parameters.contains(spring));
+    let all: Vec<ModelParameter> = parameters.iter().cloned().chain(others).collect();
+    let mut predictor = MultiPosePredictor::with(robot, mechanism, joints, theory, &all, room)?;
     let mut pose = robot.nominal_pose();
     predictor.differentiate_whole();
     let mut found = Vec::with_capacity(rows.len());
