@@ -2,6 +2,7 @@
 
 use indexmap::IndexMap;
 use stiffbench_numeric::statistics::root_mean_square;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 
 use super::posed::{PosedLoadCases, ReadComponent};
 use crate::mismatch::{
@@ -136,6 +137,19 @@ impl RowScatter {
     ) -> Self {
         let (series, rows) = (self.series.clone(), self.rows.clone());
         Self::new(series, rows, noise, slope_m, by_force)
+    }
+
+    /// Standard deviations of displacements, m, and of rotations, rad, beside what a load scatters by.
+    pub(in crate::fit) fn plain_sd(&self) -> [f64; 2] {
+        let noise = &self.noise;
+        [1.0, noise.gauges.rotation_ratio].map(|ratio| ratio * noise.reading_sd_m)
+    }
+
+    /// Standard deviation of a row that a load moves by so much, m or rad, with what the load scatters by.
+    pub(in crate::fit) fn sd(&self, read: &ReadAxis, moved: f64) -> f64 {
+        let noise = &self.noise;
+        let slope_sd = noise.run_slope_sd.hypot(noise.gauges.own_slope_sd);
+        (noise.own_variance(read, moved) + (slope_sd * moved).powi(2)).sqrt()
     }
 
     /// Mean share of what a case has in common in the variance of its rows.
