@@ -104,7 +104,7 @@ pub fn design_sensitivity(
     let of_chunk = |rows: &[usize]| gradients(model, map, poses, &along, &parameters, rows);
     let chunks: Result<Vec<_>, RobotError> = rows.par_chunks(CHUNK).map(of_chunk).collect();
     let found = chunks?.into_iter().flatten();
-    let mut found: Vec<Vec<f64>> = found.map(|[along, ..]| along).collect();
+    let mut found: Vec<Vec<f64>> = found.flatten().collect();
     // Of logarithms.
     let smallest_n_per_m = stiffness(&least);
     let mut smallest = found.pop().unwrap_or_default();

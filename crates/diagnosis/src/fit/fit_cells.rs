@@ -12,7 +12,7 @@ use super::error::FitError;
 use super::intervals::{Profiled, all_minima, covariance_if_any};
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
-use super::outcome::{FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome};
+use super::outcome::{FactorEstimate, FitAgreement, FitMethod, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::weighed_problem::{WeighedProblem, leave_poses_out};
@@ -103,21 +103,15 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         &predicted,
         is_held_out,
     );
-    outcome.termination = fit.termination.to_string();
-    outcome.warnings = profiled.describe(
-        &parameters,
-        &mut outcome.estimates,
-        ["data", "other factors"],
-        &[
-            counted(training.values(), "cell"),
-            counted(free, "free factor"),
-        ],
-    );
-    outcome.information = profiled.information(&parameters);
-    if let Some(covariance) = &profiled.covariance {
-        outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
-        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
-    }
+    let counts = [
+        counted(training.values(), "cell"),
+        counted(free, "free factor"),
+    ];
+    let names = ["data", "other factors"];
+    profiled.complete(&mut outcome, (&parameters, &set), names, &counts);
+    let covariance = profiled.covariance.as_ref();
+    outcome.agreement =
+        covariance.map(|covariance| agreement(fit, covariance, &training, &parameters));
     if options.train.is_none() {
         let mut poses: Vec<&PoseId> = Vec::new();
         let cells = training.cells.iter().map(|one| &one.cell);
