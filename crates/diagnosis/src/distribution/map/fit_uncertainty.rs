@@ -102,10 +102,10 @@ fn mean_gradients(
         .par_chunks(CHUNK)
         .map(|rows| {
             let gradients = gradients(model, map, poses, columns, parameters, rows)?;
-            Ok(gradients.iter().fold(nothing(), add))
+            Ok(gradients.iter().fold(nothing(), |sum, more| add(sum, more)))
         })
         .collect::<Result<_, RobotError>>()?;
-    let mut sums = chunks.iter().fold(nothing(), add);
+    let mut sums = chunks.iter().fold(nothing(), |sum, more| add(sum, more));
     for sum in sums.iter_mut().flatten() {
         *sum /= map.len() as f64;
     }
@@ -127,7 +127,7 @@ impl FittedCovariance {
     }
 }
 
-fn add(mut sum: Vec<Gradient>, more: &Vec<Gradient>) -> Vec<Gradient> {
+fn add(mut sum: Vec<Gradient>, more: &[Gradient]) -> Vec<Gradient> {
     for (sum, more) in sum.iter_mut().flatten().zip(more.iter().flatten()) {
         *sum += more;
     }

@@ -409,9 +409,9 @@ fn beside_fit<'s>(
     groups.dedup();
     Ok(Left {
         scatter,
+        places,
         fitted,
         groups,
-        places,
     })
 }
 
