@@ -111,7 +111,8 @@ pub fn design_sensitivity(
     let mut mean = vec![0.0; parameters.len()];
     for (place, (smallest, mean)) in smallest.iter_mut().zip(&mut mean).enumerate() {
         *smallest /= smallest_n_per_m;
-        *mean = found.iter().map(|slopes| slopes[place]).sum::<f64>() / of_mean;
+        // Nothing has no sign.
+        *mean = found.iter().map(|slopes| slopes[place]).sum::<f64>() / of_mean + 0.0;
     }
     let by_section = smallest.as_chunks().0.iter().zip(mean.as_chunks().0);
     let by_joint = smallest.iter().zip(&mean).skip(4 * sections.len());
@@ -123,9 +124,9 @@ pub fn design_sensitivity(
         sections: sections
             .iter()
             .zip(by_section)
-            .map(|(section, (&smallest, &mean))| SectionSensitivity {
+            .map(|(section, (smallest, &mean))| SectionSensitivity {
                 section: (*section).clone(),
-                smallest,
+                smallest: smallest.map(|slope| slope + 0.0),
                 mean,
             })
             .collect(),

@@ -5,6 +5,7 @@
 //! Regression, 1982, section 3.2). How rows scatter beside one another is that of the fit; how much they do is what all others show.
 
 use stiffbench_numeric::statistics::f_upper_tail;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Branch;
 
 use crate::fit::load_cases::fit::fit_load_cases;
@@ -85,40 +86,45 @@ struct TableScatter {
 
 impl TableScatter {
     /// # Arguments
+    /// - `fit`: of all rows.
+    /// - `good`: of good ones, whose noise it is.
     /// - `least`: standard deviations of displacements and rotations below which nothing is asked.
-    fn of(posed: &PosedLoadCases, fit: &FitOutcome, scatter: &RowScatter, least: [f64; 2]) -> Self {
+    fn of(posed: &PosedLoadCases, [fit, good]: [&FitOutcome; 2], least: [f64; 2]) -> Option<Self> {
         let positions = posed.has_positions();
+        let axes: Vec<ReadAxis> = SeenRows::of(posed, None)
+            .iter()
+            .map(|row| row.axis)
+            .collect();
+        let mut sd = fit
+            .scatter
+            .as_ref()?
+            .sd_under(good.scatter.as_ref()?, &axes);
         let mut least_variance = 0.0;
-        let seen = SeenRows::of(posed, None);
-        let rows = seen.iter().zip(&fit.components);
-        let sd = rows.map(|(row, one)| {
-            // Positions scatter alike.
-            let sd = if positions {
-                1.0
-            } else {
-                scatter.sd(&row.axis, one.predicted)
-            };
-            let least = least[usize::from(one.is_rotation)];
-            if sd <= least {
-                least_variance = 1.0;
+        for (sd, kind) in sd.iter_mut().zip(kinds(posed)) {
+            if positions {
+                // They scatter alike.
+                *sd = 1.0;
+            } else if *sd <= least[kind] {
+                (*sd, least_variance) = (least[kind], 1.0);
             }
-            sd.max(least)
-        });
-        Self {
-            sd: sd.collect(),
+        }
+        Some(Self {
+            sd,
             least_variance,
             together: if positions {
                 1.0
             } else {
                 posed.component_count() as f64 / posed.cases.len().max(1) as f64
             },
-        }
+        })
     }
 }
 
 /// What is left of rows, and which of them may be off together.
-struct Left<'s> {
-    scatter: &'s TableScatter,
+struct Left {
+    /// As of [`TableScatter`].
+    least_variance: f64,
+    together: f64,
     /// Places of the rows among all.
     places: Vec<usize>,
     /// Each over its standard deviation.
@@ -145,13 +151,13 @@ impl OffGroup {
     }
 }
 
-impl Left<'_> {
+impl Left {
     /// Variance of the rows, if some squares of it are those of others, and its degrees of freedom.
     fn scatter_beside(&self, squares: f64, rows: usize) -> Option<(f64, f64)> {
         let dof = self.fitted.dof_without(rows)?;
         let variance = (self.fitted.squares() - squares).max(f64::MIN_POSITIVE) / dof;
-        let variance = variance.max(self.scatter.least_variance);
-        (dof >= FEWEST_DOF).then_some((variance, dof / self.scatter.together.max(1.0)))
+        let variance = variance.max(self.least_variance);
+        (dof >= FEWEST_DOF).then_some((variance, dof / self.together.max(1.0)))
     }
 
     /// Chance that noise takes any group as far as one of so many rows.
@@ -203,9 +209,6 @@ fn contradicted(
     residuals: &[f64],
 ) -> Vec<BadReading> {
     let (kinds, mut groups) = (kinds(posed), repeats(posed));
-    let Some(scatter) = &good.scatter else {
-        return Vec::new();
-    };
     // Two readings of one value differ by a step that neither is meant to show: the variance of rounding is the least.
     let mut steps = [f64::INFINITY; 2];
     let values: Vec<f64> = posed.rows().map(|(_, read)| read.value).collect();
@@ -221,7 +224,9 @@ fn contradicted(
             LEAST_SCATTER * sizes[kind],
         )
     });
-    let scatter = TableScatter::of(posed, fit, scatter, least);
+    let Some(scatter) = TableScatter::of(posed, [fit, good], least) else {
+        return Vec::new();
+    };
     let repeated: usize = groups.iter().map(Vec::len).sum();
     let most = ((MOST_BAD_READINGS * repeated as f64).ceil() as usize).min(MOST);
     let taken = up_to_last_bad(most, BAD_READING_LEVEL, |_| {
@@ -243,11 +248,7 @@ fn contradicted(
 ///
 /// # Arguments
 /// - `groups`: the rows of each load.
-fn among_repeats<'s>(
-    groups: &[Vec<usize>],
-    residuals: &[f64],
-    scatter: &'s TableScatter,
-) -> Left<'s> {
+fn among_repeats(groups: &[Vec<usize>], residuals: &[f64], scatter: &TableScatter) -> Left {
     let places = groups.concat();
     let left = |row: &usize| residuals[*row] / scatter.sd[*row];
     let mut fitted = FittedRows::new(places.iter().map(left).collect());
@@ -266,7 +267,8 @@ fn among_repeats<'s>(
         first += own.len();
     }
     Left {
-        scatter,
+        least_variance: scatter.least_variance,
+        together: scatter.together,
         places,
         fitted,
         groups: suspects,
@@ -284,11 +286,10 @@ fn off_the_fit(
     fit: &FitOutcome,
 ) -> Result<Vec<BadReading>, FitError> {
     let posed = model.posed;
-    let Some(rows) = &fit.scatter else {
+    let least = sizes(posed).map(|size| LEAST_SCATTER * size);
+    let Some(mut scatter) = TableScatter::of(posed, [fit, fit], least) else {
         return Ok(Vec::new());
     };
-    let least = sizes(posed).map(|size| LEAST_SCATTER * size);
-    let scatter = TableScatter::of(posed, fit, rows, least);
     let all = 0..posed.component_count();
     let (groups, most) = if posed.has_positions() {
         (groups_of_positions(posed), MOST)
@@ -322,6 +323,8 @@ fn off_the_fit(
             taken.pop();
             break;
         };
+        // It is not to be drawn to bad values in how rows scatter either.
+        scatter = TableScatter::of(posed, [fit, &again], least).unwrap_or(scatter);
         let places = all.clone().filter(|row| !rows.contains(row)).collect();
         left = beside_fit((&others, options, &again), &scatter, places, &groups)?;
         last = again;
@@ -337,12 +340,16 @@ fn off_the_fit(
     let Some(rest) = left.scatter_beside(0.0, 0) else {
         return Ok(Vec::new());
     };
+    let left_m = model.left_by(&last)?;
     for one in &mut taken {
+        // How a lone value scatters is known better than when it was taken away.
+        if let (1, [row], [of_itself]) = (most, &one.rows[..], &one.deleted.variances[..]) {
+            one.deleted.squares = (left_m[*row] / scatter.sd[*row]).powi(2) / of_itself;
+        }
         one.variance = rest.0;
         one.p = left.chance(one.mean_square(), one.rows.len(), rest);
     }
     taken.retain(|one| one.p <= LONE_VALUE_LEVEL);
-    let left_m = model.left_by(&last)?;
     let mut bad = Vec::new();
     for group in &taken {
         let sd_m = rest.0.sqrt() * scatter.sd[group.rows[0]];
@@ -370,12 +377,12 @@ fn off_the_fit(
 ///
 /// # Errors
 /// [`FitError`] for a structure that carries nothing.
-fn beside_fit<'s>(
+fn beside_fit(
     (model, options, fit): (&LoadCaseModel<'_>, &FitOptions, &FitOutcome),
-    scatter: &'s TableScatter,
+    scatter: &TableScatter,
     places: Vec<usize>,
     groups: &[Vec<usize>],
-) -> Result<Left<'s>, FitError> {
+) -> Result<Left, FitError> {
     // Frames that fit the rigid robot nearly best are near enough to those of the fit: rotations between them are small.
     let tracker = model.tracker()?;
     let tracker = tracker.as_ref();
@@ -408,7 +415,8 @@ fn beside_fit<'s>(
     groups.sort();
     groups.dedup();
     Ok(Left {
-        scatter,
+        least_variance: scatter.least_variance,
+        together: scatter.together,
         places,
         fitted,
         groups,
