@@ -34,8 +34,6 @@ pub(crate) struct DeletedRows {
     pub(crate) variances: Vec<f64>,
     /// Squares that they add to those of the fit.
     pub(crate) squares: f64,
-    /// By how much each is off that fit.
-    pub(crate) sizes: Vec<f64>,
 }
 
 impl FittedRows {
@@ -103,10 +101,8 @@ impl FittedRows {
         }
         let inverse = free.try_inverse()?;
         let own = DVector::from_fn(count, |i, _| shifts[i].product);
-        let sizes = &inverse * &own;
         Some(DeletedRows {
-            squares: own.dot(&sizes),
-            sizes: sizes.iter().copied().collect(),
+            squares: own.dot(&(&inverse * &own)),
             variances: inverse.diagonal().iter().copied().collect(),
         })
     }
@@ -210,9 +206,6 @@ mod tests {
         }
         let found = fitted.without(&deleted, 1.0).unwrap();
         assert!((squares(&all) - squares(&others) - found.squares).abs() < 1e-12);
-        for (row, size) in deleted.iter().zip(&found.sizes) {
-            assert!((y[*row] - line(&others)(x[*row]) - size).abs() < 1e-12);
-        }
         assert_eq!(fitted.dof_without(2), Some(2.0));
         assert_eq!(fitted.dof_without(4), None);
         // One row shows no line.

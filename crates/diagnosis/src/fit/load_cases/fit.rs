@@ -269,8 +269,11 @@ fn scatter_of(
     let scatter = plain.with_noise(noise, slope_m, by_force);
     let common = scatter.common_share();
     let kinds = kinds(posed);
-    let plain_sd = scatter.plain_sd();
-    let sd = [0, 1].map(|kind| kinds.contains(&kind).then_some(plain_sd[kind]));
+    let ratios = [1.0, noise.gauges.rotation_ratio];
+    let sd = [0, 1].map(|kind| {
+        let is_read = kinds.contains(&kind);
+        is_read.then_some(ratios[kind] * noise.reading_sd_m)
+    });
     let repeated = repeated_rows(posed).into_iter();
     let repeats = repeated.map(|rows| rows.iter().filter(|row| takes_part[**row]).count());
     let known = KnownScatter {

@@ -203,7 +203,7 @@ pub(in crate::fit) fn unloaded_springs(
 ///
 /// # Errors
 /// [`RobotError`] for a pose that cannot be reached.
-fn unit_length(model: &LoadCaseModel<'_>) -> Result<f64, RobotError> {
+pub(in crate::fit) fn unit_length(model: &LoadCaseModel<'_>) -> Result<f64, RobotError> {
     let (robot, posed) = (model.robot, model.posed);
     let loads: Vec<ToolMotion> = posed.cases.iter().map(|case| case.load).collect();
     let by_loads = norm(&SeenRows::of(posed, None).changed(&loads));

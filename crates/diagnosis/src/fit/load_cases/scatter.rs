@@ -2,7 +2,6 @@
 
 use indexmap::IndexMap;
 use stiffbench_numeric::statistics::root_mean_square;
-use stiffbench_units_and_text::read_axis::ReadAxis;
 
 use super::posed::{PosedLoadCases, ReadComponent};
 use crate::mismatch::{
@@ -139,43 +138,18 @@ impl RowScatter {
         Self::new(series, rows, noise, slope_m, by_force)
     }
 
-    /// Standard deviations of displacements, m, and of rotations, rad, beside what a load scatters by.
-    pub(in crate::fit) fn plain_sd(&self) -> [f64; 2] {
-        let noise = &self.noise;
-        [1.0, noise.gauges.rotation_ratio].map(|ratio| ratio * noise.reading_sd_m)
-    }
-
-    /// Standard deviation of each row of the table under the noise of another scatter, with what its load scatters by; of those that take no part
-    /// that of a row that no load moves.
-    ///
-    /// # Arguments
-    /// - `axes`: what each row of the table reads.
-    pub(in crate::fit) fn sd_under(&self, other: &Self, axes: &[ReadAxis]) -> Vec<f64> {
-        let own = axes.iter().map(|read| other.noise.own_variance(read, 0.0));
-        let mut sd: Vec<f64> = own.map(f64::sqrt).collect();
-        for (reading, row) in self.rows.iter().enumerate() {
-            let [own, common] = self.variances(&other.noise, reading);
-            sd[*row] = (own + common).sqrt();
-        }
-        sd
-    }
-
-    /// Variance of a reading by itself, and by what its case has in common.
-    fn variances(&self, noise: &ReadingNoise, reading: usize) -> [f64; 2] {
-        let step_n = self.series.steps.force_n.unwrap_or(0.0);
-        let force_variance = step_n * step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
-        let (moved, by_force) = (self.slope_m[reading], &self.by_force[reading]);
-        let read = &self.series.cells[self.series.cell_of(reading)].read;
-        let own = noise.own_variance(read, moved) + (noise.gauges.own_slope_sd * moved).powi(2);
-        let common =
-            (noise.run_slope_sd * moved).powi(2) + force_variance * dot(by_force, by_force);
-        [own, common]
-    }
-
     /// Mean share of what a case has in common in the variance of its rows.
     pub(in crate::fit) fn common_share(&self) -> f64 {
-        let shares = (0..self.rows.len()).map(|reading| {
-            let [own, common] = self.variances(&self.noise, reading);
+        let noise = &self.noise;
+        let step_n = self.series.steps.force_n.unwrap_or(0.0);
+        let force_variance = step_n * step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
+        let readings = self.slope_m.iter().zip(&self.by_force).enumerate();
+        let shares = readings.map(|(reading, (moved, by_force))| {
+            let read = &self.series.cells[self.series.cell_of(reading)].read;
+            let own =
+                noise.own_variance(read, *moved) + (noise.gauges.own_slope_sd * moved).powi(2);
+            let common =
+                (noise.run_slope_sd * moved).powi(2) + force_variance * dot(by_force, by_force);
             common / (own + common)
         });
         shares.sum::<f64>() / self.rows.len().max(1) as f64

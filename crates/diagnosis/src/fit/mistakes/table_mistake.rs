@@ -18,10 +18,11 @@ use crate::mismatch::{
 use crate::search::constants::{MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
 use crate::search::norm;
 
+use super::moved_columns::plain_sd;
 use crate::fit::load_cases::posed::{COMPONENTS, PosedLoadCases};
 use crate::fit::load_cases::prediction::SeenRows;
 use crate::fit::load_cases::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
-use crate::fit::load_cases::scatter::{RowScatter, SAME_LOAD, kinds, sizes};
+use crate::fit::load_cases::scatter::{RowScatter, SAME_LOAD, kinds};
 use crate::fit::weighed_problem::WeighedProblem;
 
 /// Values of which a common factor can be seen: two agree with any line by chance.
@@ -142,8 +143,7 @@ impl<'a> MisreadRows<'a> {
         fit: &FitOutcome,
     ) -> Result<(RecordedValues, Self), FitError> {
         let posed = model.posed;
-        let scatter = fit.scatter.as_ref();
-        let sd = scatter.map_or_else(|| sizes(posed), RowScatter::plain_sd);
+        let sd = plain_sd(posed, fit);
         let read = posed.rows().zip(kinds(posed));
         let read = read.map(|((_, read), kind)| NamedValue {
             value: read.value,
