@@ -78,15 +78,20 @@ impl ShiftMap {
         poses: &PoseSample,
         load: [f64; 6],
     ) -> Result<Self, NoMap> {
-        Self::of(model, poses, |poses| {
-            let found = model.compliances(poses)?.into_iter();
-            Ok(found
-                .map(|found| {
-                    let (end_m, compliance) = found?;
-                    Ok((end_m, EndShift::under(&compliance, load)))
-                })
-                .collect())
-        })
+        let values: Vec<f64> = (0..poses.len())
+            .flat_map(|place| poses.pose(place).angles_deg)
+            .collect();
+        let solved = model.batch(&values, None, None, |end_m, compliance| {
+            let compliance = model.on_its_base(compliance, end_m);
+            Some((end_m, EndShift::under(&compliance, load)))
+        })?;
+        let mut failed = solved.failed.into_iter();
+        let mut reason = || failed.next().map_or_else(String::new, |(_, reason)| reason);
+        let found = solved.results.into_iter();
+        Ok(Self::of(
+            model,
+            found.map(|found| found.ok_or_else(&mut reason)),
+        ))
     }
 
     /// Under the robot's own weight: from the shape it would have without gravity.
@@ -95,45 +100,33 @@ impl ShiftMap {
     /// [`NoMap`], also for laws that are not linear.
     pub fn under_weight(model: &MapModel<'_>, poses: &PoseSample) -> Result<Self, NoMap> {
         model.sweep()?;
-        Self::of(model, poses, |poses| {
-            let chunks = poses.par_chunks(CHUNK).map(|poses| sags(model, poses));
-            let chunks: Vec<Vec<_>> = chunks.collect::<Result<_, RobotError>>()?;
-            Ok(chunks.into_iter().flatten().collect())
-        })
+        let poses: Vec<Pose> = (0..poses.len()).map(|place| poses.pose(place)).collect();
+        let chunks = poses.par_chunks(CHUNK).map(|poses| sags(model, poses));
+        let chunks: Vec<Vec<_>> = chunks.collect::<Result<_, RobotError>>()?;
+        Ok(Self::of(model, chunks.into_iter().flatten()))
     }
 
-    fn of(
-        model: &MapModel<'_>,
-        poses: &PoseSample,
-        solve: impl Fn(&[Pose]) -> Result<Vec<EndMotion>, NoMap>,
-    ) -> Result<Self, NoMap> {
+    fn of(model: &MapModel<'_>, found: impl Iterator<Item = EndMotion>) -> Self {
         let mut map = Self {
             mechanism: model.mechanism().name.clone(),
-            places: Vec::with_capacity(poses.len()),
-            ends_m: Vec::with_capacity(poses.len()),
-            shifts: Vec::with_capacity(poses.len()),
+            places: Vec::new(),
+            ends_m: Vec::new(),
+            shifts: Vec::new(),
             failed: Vec::new(),
         };
-        for start in (0..poses.len()).step_by(AT_ONCE) {
-            let end = poses.len().min(start + AT_ONCE);
-            let chunk: Vec<Pose> = (start..end).map(|place| poses.pose(place)).collect();
-            for (place, found) in (start as u32..).zip(solve(&chunk)?) {
-                match found {
-                    Ok((end_m, shift)) => {
-                        map.places.push(place);
-                        map.ends_m.push(end_m);
-                        map.shifts.push(shift);
-                    }
-                    Err(reason) => map.failed.push((place, reason)),
+        for (place, found) in (0..).zip(found) {
+            match found {
+                Ok((end_m, shift)) => {
+                    map.places.push(place);
+                    map.ends_m.push(end_m);
+                    map.shifts.push(shift);
                 }
+                Err(reason) => map.failed.push((place, reason)),
             }
         }
-        Ok(map)
+        map
     }
 }
-
-/// Poses whose whole compliances are kept at a time.
-const AT_ONCE: usize = 1 << 14;
 
 /// Where the end is and how it moves, or why there is no answer.
 type EndMotion = Result<([f64; 3], EndShift), String>;

@@ -2,9 +2,8 @@
 
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{
-    CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit,
-    LikelihoodSetSettings, Parameter, ParameterCovariance, ParameterRole, ParameterSet,
-    ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, search_for_lower_minimum,
+    CovarianceSettings, LeastSquaresFit, LikelihoodSetSettings, ParameterCovariance,
+    SearchSettings, SigmaMode, search_for_lower_minimum,
 };
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
@@ -13,7 +12,7 @@ use super::error::FitError;
 use super::intervals::{Profiled, all_minima, covariance_if_any};
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
-use super::outcome::{FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome};
+use super::outcome::{FactorEstimate, FitAgreement, FitMethod, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::weighed_problem::{WeighedProblem, leave_poses_out};
@@ -104,21 +103,15 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         &predicted,
         is_held_out,
     );
-    outcome.termination = fit.termination.to_string();
-    outcome.warnings = profiled.describe(
-        &parameters,
-        &mut outcome.estimates,
-        ["data", "other factors"],
-        &[
-            counted(training.values(), "cell"),
-            counted(free, "free factor"),
-        ],
-    );
-    outcome.information = profiled.information(&parameters);
-    if let Some(covariance) = &profiled.covariance {
-        outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
-        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
-    }
+    let counts = [
+        counted(training.values(), "cell"),
+        counted(free, "free factor"),
+    ];
+    let names = ["data", "other factors"];
+    profiled.complete(&mut outcome, (&parameters, &set), names, &counts);
+    let covariance = profiled.covariance.as_ref();
+    outcome.agreement =
+        covariance.map(|covariance| agreement(fit, covariance, &training, &parameters));
     if options.train.is_none() {
         let mut poses: Vec<&PoseId> = Vec::new();
         let cells = training.cells.iter().map(|one| &one.cell);
@@ -148,65 +141,8 @@ pub fn find_lower_minimum(
     let set = parameters.set()?;
     let mut joint = JointProblem::new(problem, &parameters)?;
     let fit = joint.minimise(&set)?;
-    let ratios = in_ratios(&set)?;
-    let mut by_ratio = InRatios {
-        problem: &mut joint,
-    };
-    let search = search_for_lower_minimum(&mut by_ratio, &ratios, &fit, settings)?;
-    Ok(match search.outcome {
-        SearchOutcome::NoLowerMinimum { .. } => None,
-        SearchOutcome::LowerMinimum { fit } => {
-            let logarithms: Vec<f64> = fit.values.iter().map(|ratio| ratio.ln()).collect();
-            Some(joint.factors(&logarithms))
-        }
-    })
-}
-
-/// The coordinates by their exponential.
-fn in_ratios(set: &ParameterSet) -> Result<ParameterSet, LeastSquaresError> {
-    let ratios = set.parameters().iter().map(|parameter| {
-        let name = &parameter.name;
-        match parameter.role {
-            ParameterRole::Free {
-                start,
-                lower,
-                upper,
-            } => Parameter::free(name, start.exp(), lower.exp(), upper.exp()),
-            ParameterRole::Fixed { value } => Parameter::fixed(name, value.exp()),
-            ParameterRole::TiedTo { parameter, ratio } => Parameter::tied(name, parameter, ratio),
-        }
-    });
-    ParameterSet::new(ratios.collect())
-}
-
-/// The joint problem in the exponentials of its coordinates, for factors the ratios to their start: the search takes logarithms itself.
-struct InRatios<'p, 'a> {
-    problem: &'p mut JointProblem<'a>,
-}
-
-impl ResidualFunction for InRatios<'_, '_> {
-    fn residual_count(&self) -> usize {
-        self.problem.residual_count()
-    }
-
-    fn evaluate(
-        &mut self,
-        parameters: &[f64],
-        residuals: &mut [f64],
-        mut jacobian: Option<&mut JacobianView<'_>>,
-    ) -> Result<(), EvaluationFailure> {
-        let logarithms: Vec<f64> = parameters.iter().map(|ratio| ratio.ln()).collect();
-        self.problem
-            .evaluate(&logarithms, residuals, jacobian.as_deref_mut())?;
-        if let Some(jacobian) = jacobian {
-            for (parameter, ratio) in parameters.iter().enumerate() {
-                for entry in jacobian.column_mut(parameter).into_iter().flatten() {
-                    *entry /= ratio;
-                }
-            }
-        }
-        Ok(())
-    }
+    let lower = search_for_lower_minimum(&mut joint, &set, &fit, settings)?;
+    Ok(lower.map(|lower| joint.factors(&lower.values)))
 }
 
 fn agreement(

@@ -129,7 +129,7 @@ impl FixedPhysics {
 }
 
 impl CellReadings {
-    fn empty(cell: Cell) -> Self {
+    pub(super) fn empty(cell: Cell) -> Self {
         Self {
             cell,
             readings: Vec::new(),

@@ -9,7 +9,7 @@ use stiffbench_units_and_text::digits::significant;
 
 use super::error::FitError;
 use super::joint::JointProblem;
-use super::outcome::{FactorEstimate, FactorStatus};
+use super::outcome::{FactorCorrelations, FactorEstimate, FactorStatus, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::weighed_problem::WeighedProblem;
@@ -135,7 +135,7 @@ impl Profiled {
     }
 
     /// What the rows say of ln a of factors and of the compliance of springs, nothing of those that the fit keeps; `None` without a covariance.
-    pub(crate) fn information(&self, parameters: &FitParameters) -> Option<Information> {
+    fn information(&self, parameters: &FitParameters) -> Option<Information> {
         let covariance = self.covariance.as_ref()?;
         let variance = match covariance.mode {
             SigmaMode::Known => 1.0,
@@ -155,12 +155,31 @@ impl Profiled {
         Some(Information::of_columns(&columns))
     }
 
+    /// Writes what is known of the parameters into an outcome, and what a user should know.
+    ///
+    /// # Arguments
+    /// - `names`: what the rows, and the further parameters, are called.
+    /// - `counts`: of the values and of the free parameters.
+    pub(crate) fn complete(
+        &self,
+        outcome: &mut FitOutcome,
+        (parameters, set): (&FitParameters, &ParameterSet),
+        names: [&str; 2],
+        counts: &[String; 2],
+    ) {
+        outcome.termination = self.fit.termination.to_string();
+        outcome.warnings = self.describe(parameters, &mut outcome.estimates, names, counts);
+        outcome.information = self.information(parameters);
+        let covariance = self.covariance.as_ref();
+        outcome.correlation = covariance.map(|of| FactorCorrelations::of(parameters, set, of));
+    }
+
     /// Writes bounds, standard errors and intervals into the estimates, and words for parameters that have none. Gives what a user should know.
     ///
     /// # Arguments
     /// - `names`: what the rows, and the further parameters, are called.
     /// - `counts`: of the values and of the free parameters.
-    pub(crate) fn describe(
+    fn describe(
         &self,
         parameters: &FitParameters,
         estimates: &mut [FactorEstimate],

@@ -167,10 +167,8 @@ impl ResidualFunction for JointProblem<'_> {
     }
 
     fn label(&self, residual: usize) -> String {
-        self.model
-            .cells()
-            .get(residual)
-            .map_or_else(|| format!("residual {residual}"), Cell::to_string)
+        let cell = self.model.cell(residual);
+        cell.map_or_else(|| format!("residual {residual}"), Cell::to_string)
     }
 }
 

@@ -29,7 +29,6 @@ mod mistakes;
 mod monte_carlo;
 mod outcome;
 mod parameters;
-mod physics_model;
 mod plan;
 mod problem;
 mod procedure;

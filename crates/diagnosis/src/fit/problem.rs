@@ -58,10 +58,8 @@ impl<'a> FitProblem<'a> {
         parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<CellModel<'a>, RobotError> {
-        match self.physics {
-            None => CellModel::new(self.robot, self.mechanism, parameters, cells),
-            Some(physics) => CellModel::with_physics(self.robot, physics, parameters, cells),
-        }
+        let acting = (self.robot, self.mechanism, self.physics);
+        CellModel::with_across(acting, parameters, cells, &[])
     }
 
     /// What was measured, by mechanism and physics: stiffness of the cells, N/m, then the other compliances, m/N.
@@ -73,14 +71,9 @@ impl<'a> FitProblem<'a> {
         parameters: &[ModelParameter],
     ) -> Result<CellModel<'a>, RobotError> {
         let MeasuredStiffness { cells, across, .. } = self.measured;
-        let named = cells.iter().map(|cell| &cell.cell);
-        let Some(physics) = self.physics else {
-            let named: Vec<Cell> = named.cloned().collect();
-            return CellModel::with_across(self.robot, self.mechanism, parameters, &named, across);
-        };
-        let named = named.chain(across.iter().map(|one| &one.cell));
-        let named: Vec<Cell> = named.cloned().collect();
-        CellModel::with_physics(self.robot, physics, parameters, &named)
+        let cells: Vec<Cell> = cells.iter().map(|one| one.cell.clone()).collect();
+        let acting = (self.robot, self.mechanism, self.physics);
+        CellModel::with_across(acting, parameters, &cells, across)
     }
 
     /// The effects that are held fixed.

@@ -106,10 +106,8 @@ pub fn significance(
             parameters.push(parameter);
         }
     }
-    let mut model = match physics {
-        None => CellModel::new(robot, mechanism, &parameters, &cells)?,
-        Some(physics) => CellModel::with_physics(robot, physics, &parameters, &cells)?,
-    };
+    let acting = (robot, mechanism, physics);
+    let mut model = CellModel::with_across(acting, &parameters, &cells, &[])?;
     let mut stiffness = [0.0; 3];
     let mut shares = [const { Shares::new() }; 3];
     model.evaluate(factors, &mut stiffness, Some(&mut shares))?;

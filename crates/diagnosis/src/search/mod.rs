@@ -6,7 +6,7 @@
 //! - [`WhiteSpace`]: rows made white, the baseline projected out.
 //! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
-//! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
+//! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`].
 //! - `FittedRows`: what a fit leaves of rows, and by how much single ones are off the fit to all others.
 //! - `Information`: what rows say, made or planned: expected standard errors, and which further rows are worth most.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
@@ -20,7 +20,6 @@ mod evidence;
 mod fitted_rows;
 mod forward;
 mod information;
-mod linear;
 mod null_noise;
 mod precision;
 mod serial_correlation;
@@ -45,10 +44,6 @@ pub use evidence::{chance_of_any, distinguishable, log_bayes, under_known_covari
 pub(crate) use fitted_rows::{DeletedRows, FittedRows, Shift, up_to_last_bad};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
 pub(crate) use information::{Information, Projected};
-pub use linear::{
-    CovarianceModel, LeastSquares, LinearCandidate, LinearFitted, LinearModel, LinearProblem,
-    LinearScore, NotIndependent, null_maxima,
-};
 #[cfg(test)]
 pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};

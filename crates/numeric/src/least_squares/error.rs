@@ -196,15 +196,13 @@ pub enum LeastSquaresError {
         /// The number given.
         coverage: f64,
     },
-    /// Logarithms need positive, finite bounds.
-    #[error(
-        "parameter `{name}` ranges from {lower} to {upper}; a search in its logarithm needs finite bounds above zero"
-    )]
+    /// A search needs finite bounds.
+    #[error("parameter `{name}` ranges from {lower} to {upper}; a search needs finite bounds")]
     #[diagnostic(
-        code(stiffbench::least_squares::no_log_range),
-        help("bound the parameter on both sides by positive numbers")
+        code(stiffbench::least_squares::no_range),
+        help("bound the parameter on both sides")
     )]
-    NoLogRange {
+    NoRange {
         /// The parameter.
         name: String,
         /// Lower bound.

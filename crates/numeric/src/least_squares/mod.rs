@@ -58,7 +58,7 @@ pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdenti
 pub use likelihood_set::{Likelihood, LikelihoodSet, LikelihoodSetSettings};
 pub use minima::{minima, spread};
 pub use minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
-pub use optimise::{GlobalSearch, SearchOutcome, SearchSettings, search_for_lower_minimum};
+pub use optimise::{SearchSettings, search_for_lower_minimum};
 pub use parameter::{Bound, Parameter, ParameterRole, ParameterSet};
 pub use profile::{
     LowerMinimum, ProfileEnd, ProfileInterval, ProfileSettings, profile, rise_at_95,

@@ -1,8 +1,6 @@
-//! Derivative-free search for the minimum, in the logarithms of the parameters: a check that least squares did not stop in a side
-//! valley.
+//! Derivative-free search for the minimum: a check that least squares did not stop in a side valley.
 //!
 //! A particle swarm looks everywhere within the bounds, a Nelder-Mead simplex refines the best it found, least squares finishes.
-//! The logarithm makes a factor of two the same step everywhere, which suits parameters that are factors or stiffnesses.
 
 use std::cell::RefCell;
 
@@ -43,62 +41,25 @@ impl Default for SearchSettings {
     }
 }
 
-/// The best point of a derivative-free search.
-#[derive(Debug, Clone, PartialEq)]
-struct Minimum {
-    /// The point.
-    point: Vec<f64>,
-    /// Points tried.
-    evaluations: usize,
-    /// Of these, points without a value.
-    failed_evaluations: usize,
-}
-
-/// Whether there is a lower minimum than the one that was found.
-#[derive(Debug)]
-pub enum SearchOutcome {
-    /// None was found; not a proof, but a search that could have found one.
-    NoLowerMinimum {
-        /// ‖r‖² of the best fit from this search.
-        best_sum_of_squares: f64,
-    },
-    /// A better fit.
-    LowerMinimum {
-        /// The fit.
-        fit: Box<LeastSquaresFit>,
-    },
-}
-
-/// A search for a lower minimum, and what it cost.
-#[derive(Debug)]
-pub struct GlobalSearch {
-    /// What came out.
-    pub outcome: SearchOutcome,
-    /// Points tried by swarm, simplex and final fit.
-    pub evaluations: usize,
-    /// Of these, points without a value.
-    pub failed_evaluations: usize,
-}
-
 /// A fit counts as lower if its ‖r‖² is smaller by more than this share: beyond what two converged fits of one minimum differ by.
 const CLEARLY_LOWER: f64 = 1e-6;
 
-/// Looks for a lower minimum than `found` within the bounds of all free parameters, which must be finite and positive.
+/// Looks for a lower minimum than `found` within the bounds of all free parameters, which must be finite.
+///
+/// # Returns
+/// The better fit; `None` if none was found: not a proof, but a search that could have found one.
 ///
 /// # Errors
-/// `NoLogRange` for a parameter without such bounds; `NoValueAnywhere`; `SearchFailed`.
+/// `NoRange` for a parameter without such bounds; `NoValueAnywhere`; `SearchFailed`.
 pub fn search_for_lower_minimum(
     problem: &mut dyn ResidualFunction,
     set: &ParameterSet,
     found: &LeastSquaresFit,
     settings: &SearchSettings,
-) -> Result<GlobalSearch, LeastSquaresError> {
-    let names = set
-        .free_indices()
-        .iter()
-        .map(|&index| set.parameters()[index].name.clone())
-        .collect();
-    let area = LogArea::new(&set.free_bounds(), names)?;
+) -> Result<Option<LeastSquaresFit>, LeastSquaresError> {
+    let names = set.free_indices().iter();
+    let names = names.map(|&index| set.parameters()[index].name.clone());
+    let area = SearchArea::new(&set.free_bounds(), names.collect())?;
     let mut full = vec![0.0; set.parameters().len()];
     let mut residuals = vec![0.0; problem.residual_count()];
     let mut objective = |free: &[f64]| {
@@ -107,27 +68,11 @@ pub fn search_for_lower_minimum(
         Some(residuals.iter().map(|r| r * r).sum())
     };
     let swarm = swarm_within(&mut objective, &area, settings)?;
-    let simplex = simplex_within(&mut objective, &area, &swarm.point, settings)?;
-    let fit = minimise(
-        problem,
-        &set.with_start(&simplex.point)?,
-        &LeastSquaresSettings::default(),
-    )?;
-    let evaluations = swarm.evaluations + simplex.evaluations + fit.evaluations;
-    let failed_evaluations =
-        swarm.failed_evaluations + simplex.failed_evaluations + fit.failed_evaluations;
-    let outcome = if fit.sum_of_squares() < (1.0 - CLEARLY_LOWER) * found.sum_of_squares() {
-        SearchOutcome::LowerMinimum { fit: Box::new(fit) }
-    } else {
-        SearchOutcome::NoLowerMinimum {
-            best_sum_of_squares: fit.sum_of_squares(),
-        }
-    };
-    Ok(GlobalSearch {
-        outcome,
-        evaluations,
-        failed_evaluations,
-    })
+    let simplex = simplex_within(&mut objective, &area, &swarm, settings)?;
+    let settings = LeastSquaresSettings::default();
+    let fit = minimise(problem, &set.with_start(&simplex)?, &settings)?;
+    let is_lower = fit.sum_of_squares() < (1.0 - CLEARLY_LOWER) * found.sum_of_squares();
+    Ok(is_lower.then_some(fit))
 }
 
 /// Best point of a particle swarm in an area.
@@ -136,10 +81,10 @@ pub fn search_for_lower_minimum(
 /// Zambrano-Bigiarini, Clerc and Rojas, Standard Particle Swarm Optimisation 2011 at CEC-2013, as implemented in argmin.
 fn swarm_within(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
-    area: &LogArea,
+    area: &SearchArea,
     settings: &SearchSettings,
-) -> Result<Minimum, LeastSquaresError> {
-    let tally = RefCell::new(Tally::new(objective, area));
+) -> Result<Vec<f64>, LeastSquaresError> {
+    let tally = Tally::new(objective, area);
     let solver = ParticleSwarm::new(
         (area.lower.clone(), area.upper.clone()),
         settings.particles.max(1),
@@ -159,11 +104,11 @@ fn swarm_within(
 /// Nelder and Mead, The Computer Journal 7 (1965) 308, as implemented in argmin.
 fn simplex_within(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
-    area: &LogArea,
+    area: &SearchArea,
     start: &[f64],
     settings: &SearchSettings,
-) -> Result<Minimum, LeastSquaresError> {
-    let tally = RefCell::new(Tally::new(objective, area));
+) -> Result<Vec<f64>, LeastSquaresError> {
+    let tally = Tally::new(objective, area);
     let solver = NelderMead::new(area.simplex(start));
     Executor::new(Cost(&tally), solver)
         .configure(|state| state.max_iters(settings.simplex_iterations))
@@ -179,38 +124,30 @@ fn search_failed(source: ArgminError) -> LeastSquaresError {
     }
 }
 
-/// The bounds in logarithms.
-struct LogArea {
-    bounds: Vec<(f64, f64)>,
+/// Between which points are searched for.
+struct SearchArea {
     lower: Vec<f64>,
     upper: Vec<f64>,
 }
 
-impl LogArea {
+impl SearchArea {
     fn new(bounds: &[(f64, f64)], names: Vec<String>) -> Result<Self, LeastSquaresError> {
         for (&(lower, upper), name) in bounds.iter().zip(names) {
-            if !(lower > 0.0 && lower < upper && upper.is_finite()) {
-                return Err(LeastSquaresError::NoLogRange { name, lower, upper });
+            if !(lower.is_finite() && lower < upper && upper.is_finite()) {
+                return Err(LeastSquaresError::NoRange { name, lower, upper });
             }
         }
         if bounds.is_empty() {
             return Err(LeastSquaresError::NoFreeParameter { count: 0 });
         }
-        let (lower, upper) = bounds
-            .iter()
-            .map(|(lower, upper)| (lower.ln(), upper.ln()))
-            .unzip();
-        Ok(Self {
-            bounds: bounds.to_vec(),
-            lower,
-            upper,
-        })
+        let (lower, upper) = bounds.iter().copied().unzip();
+        Ok(Self { lower, upper })
     }
 
     /// Corners a tenth of the range apart, turned inward where the start is close to the upper bound.
     fn simplex(&self, start: &[f64]) -> Vec<Vec<f64>> {
         let centre: Vec<f64> = (0..start.len())
-            .map(|j| start[j].ln().clamp(self.lower[j], self.upper[j]))
+            .map(|j| start[j].clamp(self.lower[j], self.upper[j]))
             .collect();
         let mut corners = vec![centre.clone()];
         for j in 0..centre.len() {
@@ -230,58 +167,47 @@ impl LogArea {
 /// Counts evaluations and remembers the best point, whatever the optimiser keeps.
 struct Tally<'a> {
     objective: &'a mut dyn FnMut(&[f64]) -> Option<f64>,
-    area: &'a LogArea,
+    area: &'a SearchArea,
     best: Option<(Vec<f64>, f64)>,
     evaluations: usize,
-    failed_evaluations: usize,
 }
 
 impl<'a> Tally<'a> {
-    fn new(objective: &'a mut dyn FnMut(&[f64]) -> Option<f64>, area: &'a LogArea) -> Self {
-        Self {
+    fn new(
+        objective: &'a mut dyn FnMut(&[f64]) -> Option<f64>,
+        area: &'a SearchArea,
+    ) -> RefCell<Self> {
+        RefCell::new(Self {
             objective,
             area,
             best: None,
             evaluations: 0,
-            failed_evaluations: 0,
-        }
+        })
     }
 
     /// The objective, infinite outside the bounds and where the model has no value, as the optimisers want it.
-    fn cost(&mut self, logarithms: &[f64]) -> f64 {
-        let limits = self.area.lower.iter().zip(&self.area.upper);
-        if logarithms
+    fn cost(&mut self, point: &[f64]) -> f64 {
+        let mut limits = point
             .iter()
-            .zip(limits)
-            .any(|(x, (lower, upper))| x < lower || x > upper)
-        {
+            .zip(self.area.lower.iter().zip(&self.area.upper));
+        if limits.any(|(x, (lower, upper))| x < lower || x > upper) {
             return f64::INFINITY;
         }
-        // The exponential of the logarithm of a bound may miss the bound by a rounding.
-        let pairs = logarithms.iter().zip(&self.area.bounds);
-        let point: Vec<f64> = pairs
-            .map(|(x, &(lower, upper))| x.exp().clamp(lower, upper))
-            .collect();
         self.evaluations += 1;
-        let Some(value) = (self.objective)(&point).filter(|value| value.is_finite()) else {
-            self.failed_evaluations += 1;
+        let Some(value) = (self.objective)(point).filter(|value| value.is_finite()) else {
             return f64::INFINITY;
         };
         if self.best.as_ref().is_none_or(|(_, best)| value < *best) {
-            self.best = Some((point, value));
+            self.best = Some((point.to_vec(), value));
         }
         value
     }
 
-    fn minimum(self) -> Result<Minimum, LeastSquaresError> {
+    fn minimum(self) -> Result<Vec<f64>, LeastSquaresError> {
         let (point, _) = self.best.ok_or(LeastSquaresError::NoValueAnywhere {
             evaluations: self.evaluations,
         })?;
-        Ok(Minimum {
-            point,
-            evaluations: self.evaluations,
-            failed_evaluations: self.failed_evaluations,
-        })
+        Ok(point)
     }
 }
 
@@ -291,8 +217,8 @@ impl CostFunction for Cost<'_, '_> {
     type Param = Vec<f64>;
     type Output = f64;
 
-    fn cost(&self, logarithms: &Self::Param) -> Result<f64, ArgminError> {
-        Ok(self.0.borrow_mut().cost(logarithms))
+    fn cost(&self, point: &Self::Param) -> Result<f64, ArgminError> {
+        Ok(self.0.borrow_mut().cost(point))
     }
 }
 

@@ -16,6 +16,7 @@ mod ideal;
 mod idealised;
 mod observer;
 mod pose_errors;
+mod pose_search;
 mod power;
 mod recording_score;
 mod recording_table;

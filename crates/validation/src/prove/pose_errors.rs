@@ -4,21 +4,12 @@
 //! joint a candidate.
 
 use stiffbench_diagnosis::mismatch::MisfitShares;
-use stiffbench_diagnosis::search::{
-    Covariance, CovarianceModel, CriticalValues, ForwardProblem, LeastSquares, LinearCandidate,
-    LinearProblem, NULL_SAMPLES, NotIndependent, NullNoise, WhiteSpace, forward_selection,
-    null_maxima, rivals,
-};
+use stiffbench_diagnosis::search::{ForwardProblem, forward_selection, rivals};
 
 use super::error::ProveError;
+use super::pose_search::{LinearFit, NotIndependent, PoseCandidate, PoseSearch};
 use super::recording_score::{ComparedFigure, RecordingOutcome, RecordingScore};
 use super::recordings::Recording;
-
-/// Level of the search.
-const LEVEL: f64 = 0.04;
-
-/// All candidates share one critical value.
-const ERRORS: &str = "errors of joints";
 
 /// Orders of a joint's angle that are tried.
 const ORDERS: [u32; 2] = [1, 2];
@@ -28,9 +19,6 @@ const JOINTS: usize = 5;
 
 /// Rows of one pose.
 const AXES: usize = 3;
-
-/// A candidate and its name.
-type PoseCandidate = (String, LinearCandidate<&'static str>);
 
 /// Columns of a table of numbers by name; other fields are passed over.
 fn columns(name: &str, text: &str) -> Result<Vec<(String, Vec<f64>)>, ProveError> {
@@ -120,13 +108,10 @@ impl Poses {
     fn candidates(&self) -> Vec<PoseCandidate> {
         let compliance = |(name, column): &(String, Vec<f64>)| {
             let joint = name.trim_start_matches("joint").chars().next();
-            let candidate = LinearCandidate {
-                family: ERRORS,
+            PoseCandidate {
+                name: format!("joint-compliance at joint {}", joint.unwrap_or('?')),
                 columns: vec![column.clone()],
-                multiples: [0.0, f64::INFINITY],
-            };
-            let name = format!("joint-compliance at joint {}", joint.unwrap_or('?'));
-            (name, candidate)
+            }
         };
         let mut out: Vec<PoseCandidate> = self.compliance.iter().map(compliance).collect();
         for joint in 0..JOINTS {
@@ -138,31 +123,13 @@ impl Poses {
                         .map(|(arm, angle)| arm * function(f64::from(order) * angle))
                         .collect()
                 };
-                let candidate = LinearCandidate {
-                    family: ERRORS,
+                out.push(PoseCandidate {
+                    name: format!("periodic in joint {}, order {order}", joint + 1),
                     columns: vec![turn(f64::sin), turn(f64::cos)],
-                    multiples: [f64::NEG_INFINITY, f64::INFINITY],
-                };
-                let name = format!("periodic in joint {}, order {order}", joint + 1);
-                out.push((name, candidate));
+                });
             }
         }
         out
-    }
-}
-
-/// Errors of one size, of which neighbouring poses share a part, so that fewer count.
-#[derive(Debug)]
-struct SharedErrors;
-
-impl CovarianceModel for SharedErrors {
-    fn estimate(&self, residuals: &[f64], parameters: usize) -> (Covariance, f64) {
-        let dof = (residuals.len() - parameters) as f64;
-        let squares: f64 = residuals.iter().map(|x| x * x).sum();
-        let share = independent_share(residuals);
-        let variance = squares / dof / share;
-        let covariance = Covariance::equal(residuals.len(), variance.sqrt());
-        (covariance, dof * share)
     }
 }
 
@@ -226,31 +193,30 @@ pub fn score_pose_errors(
         file: recording.name.clone(),
         problem: "its columns are not independent".to_owned(),
     };
-    let equal = Covariance::equal(poses.error_mm.len(), 1.0);
     let with = |extra: &[&Vec<f64>]| {
         let mut all: Vec<&Vec<f64>> = poses.rigid.iter().collect();
         all.extend(extra);
-        LeastSquares::new(&all, &poses.error_mm, &equal).map_err(singular)
+        LinearFit::new(&all, &poses.error_mm).map_err(singular)
     };
     let rigid = with(&[])?;
-    let search = search(&poses, &equal, seed).map_err(singular)?;
-    let heavy: Vec<&Vec<f64>> = poses.compliance.iter().take(2).map(|(_, c)| c).collect();
     let candidates = poses.candidates();
+    let search = search(&poses, &candidates, seed).map_err(singular)?;
+    let heavy: Vec<&Vec<f64>> = poses.compliance.iter().take(2).map(|(_, c)| c).collect();
     let periodic: Vec<&Vec<f64>> = candidates
         .iter()
-        .filter(|(_, candidate)| candidate.columns.len() > 1)
-        .flat_map(|(_, candidate)| &candidate.columns)
+        .filter(|candidate| candidate.columns.len() > 1)
+        .flat_map(|candidate| &candidate.columns)
         .collect();
     let (compliant, turning) = (with(&heavy)?, with(&periodic)?);
     let mut all = periodic.clone();
     all.extend(&heavy);
     let both = with(&all)?;
     let rows = poses.error_mm.len() as f64;
-    let bic = |simple: &LeastSquares, rich: &LeastSquares| {
+    let bic = |simple: &LinearFit, rich: &LinearFit| {
         let more = rich.values.len() as f64 - simple.values.len() as f64;
         rows * (simple.squares / rich.squares).ln() - more * rows.ln()
     };
-    let value = |linear: &LeastSquares, back: usize| {
+    let value = |linear: &LinearFit, back: usize| {
         let place = linear.values.len() - back;
         (linear.values[place], linear.standard_errors[place])
     };
@@ -356,23 +322,10 @@ struct Found {
 }
 
 /// Searches for what rigid geometry leaves.
-///
-/// # Arguments
-/// - `equal`: covariance of errors of size one.
-fn search(poses: &Poses, equal: &Covariance, seed: u64) -> Result<Found, NotIndependent> {
-    let (names, candidates): (Vec<String>, Vec<LinearCandidate<&'static str>>) =
-        poses.candidates().into_iter().unzip();
-    let space = WhiteSpace::new(equal.clone(), &[], &poses.rigid);
-    let noise = NullNoise::normal(NULL_SAMPLES, seed);
-    let (families, maxima) = null_maxima(&space, &candidates, &noise);
-    let problem = LinearProblem {
-        rows: &poses.error_mm,
-        baseline: &poses.rigid,
-        candidates: &candidates,
-        covariance: SharedErrors,
-        critical_values: CriticalValues::calibrate(&families, &maxima, LEVEL),
-    };
-    let start = problem.start()?;
+fn search(poses: &Poses, candidates: &[PoseCandidate], seed: u64) -> Result<Found, NotIndependent> {
+    let rows = (&poses.error_mm[..], &poses.rigid[..]);
+    let problem = PoseSearch::new(rows, candidates, independent_share, seed);
+    let start = problem.model(Vec::new())?;
     let scores = problem.score(&start)?;
     let model = forward_selection(&problem, &start, &scores)?.model;
     let mut found = Found {
@@ -384,17 +337,14 @@ fn search(poses: &Poses, equal: &Covariance, seed: u64) -> Result<Found, NotInde
         let ranked = rivals(&problem, &model, term)?;
         let own = ranked.iter().find(|one| problem.is_term(&model, term, one));
         let delta_chi2 = own.map_or(0.0, |own| problem.evidence(own).delta_chi2);
-        found.chosen.push((names[place].clone(), delta_chi2));
+        let name = candidates[place].name.clone();
+        found.chosen.push((name, delta_chi2));
     }
-    for score in scores {
-        let candidate = &candidates[score.candidate];
-        if score.best.forbidden_delta_chi2 > problem.critical_values.of(candidate.family) {
-            let columns: Vec<&Vec<f64>> = poses.rigid.iter().chain(&candidate.columns).collect();
-            let fit = LeastSquares::new(&columns, &poses.error_mm, equal)?;
-            let name = names[score.candidate].clone();
-            if let (Some(value), Some(u)) = (fit.values.last(), fit.standard_errors.last()) {
-                found.rejected.push((name, *value, *u));
-            }
+    for score in scores.iter().filter(|score| problem.is_forbidden(score)) {
+        let fit = problem.model(vec![score.candidate])?.fit;
+        let name = candidates[score.candidate].name.clone();
+        if let (Some(value), Some(u)) = (fit.values.last(), fit.standard_errors.last()) {
+            found.rejected.push((name, *value, *u));
         }
     }
     Ok(found)

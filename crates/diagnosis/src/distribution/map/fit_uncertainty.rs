@@ -15,9 +15,6 @@ use super::statistics::ColumnStatistics;
 use super::stiffness_map::StiffnessMap;
 use crate::distribution::pose_set::PoseSample;
 
-/// Columns that one solution has derivatives of.
-const AT_ONCE: usize = 3;
-
 /// Poses placed at once: few enough to stay in the second-level cache.
 const POSES: usize = 64;
 
@@ -67,26 +64,25 @@ pub fn fit_uncertainty(
     let along: Vec<usize> = (0..columns.len())
         .filter(|&column| !columns[column].0.is_rotational())
         .collect();
-    for chunk in along.chunks(AT_ONCE) {
-        let along: Vec<MapColumn> = chunk.iter().map(|&i| columns[i].0.clone()).collect();
-        let means = mean_gradients(model, map, poses, &along, &covariance.parameters)?;
-        for (place, &column) in chunk.iter().enumerate() {
-            let statistics = &columns[column].1;
-            let extremes = [&statistics.smallest, &statistics.largest];
-            let rows = extremes.map(|extreme| extreme.row);
-            let of_extremes = gradients(model, map, poses, &along, &covariance.parameters, &rows)?;
-            let estimate = |value: f64, gradient: &Gradient| Estimate {
-                value,
-                standard_uncertainty: covariance.carried(gradient),
-                dof: covariance.dof.unwrap_or(f64::INFINITY),
-            };
-            let [smallest, largest] = extremes.map(|extreme| extreme.stiffness_n_per_m);
-            found[column] = Some(FitUncertainty {
-                smallest: estimate(smallest, &of_extremes[0][place]),
-                largest: estimate(largest, &of_extremes[1][place]),
-                mean: estimate(statistics.mean.value, &means[place]),
-            });
-        }
+    let kinds: Vec<MapColumn> = along.iter().map(|&i| columns[i].0.clone()).collect();
+    let means = mean_gradients(model, map, poses, &kinds, &covariance.parameters)?;
+    for ((&column, kind), mean) in along.iter().zip(&kinds).zip(&means) {
+        let statistics = &columns[column].1;
+        let extremes = [&statistics.smallest, &statistics.largest];
+        let rows = extremes.map(|extreme| extreme.row);
+        let kind = std::slice::from_ref(kind);
+        let of_extremes = gradients(model, map, poses, kind, &covariance.parameters, &rows)?;
+        let estimate = |value: f64, gradient: &Gradient| Estimate {
+            value,
+            standard_uncertainty: covariance.carried(gradient),
+            dof: covariance.dof.unwrap_or(f64::INFINITY),
+        };
+        let [smallest, largest] = extremes.map(|extreme| extreme.stiffness_n_per_m);
+        found[column] = Some(FitUncertainty {
+            smallest: estimate(smallest, &of_extremes[0][0]),
+            largest: estimate(largest, &of_extremes[1][0]),
+            mean: estimate(statistics.mean.value, mean),
+        });
     }
     Ok(found)
 }
@@ -98,18 +94,18 @@ fn mean_gradients(
     poses: &PoseSample,
     columns: &[MapColumn],
     parameters: &[ModelParameter],
-) -> Result<[Gradient; AT_ONCE], RobotError> {
+) -> Result<Vec<Gradient>, RobotError> {
     let rows: Vec<usize> = (0..map.len()).collect();
-    let nothing = || [0; AT_ONCE].map(|_| vec![0.0; parameters.len()]);
+    let nothing = || vec![vec![0.0; parameters.len()]; columns.len()];
     // One sum a chunk, added up in order afterwards: the same bytes for any number of threads.
-    let chunks: Vec<[Gradient; AT_ONCE]> = rows
+    let chunks: Vec<Vec<Gradient>> = rows
         .par_chunks(CHUNK)
         .map(|rows| {
             let gradients = gradients(model, map, poses, columns, parameters, rows)?;
-            Ok(gradients.iter().fold(nothing(), add))
+            Ok(gradients.iter().fold(nothing(), |sum, more| add(sum, more)))
         })
         .collect::<Result<_, RobotError>>()?;
-    let mut sums = chunks.iter().fold(nothing(), add);
+    let mut sums = chunks.iter().fold(nothing(), |sum, more| add(sum, more));
     for sum in sums.iter_mut().flatten() {
         *sum /= map.len() as f64;
     }
@@ -131,29 +127,35 @@ impl FittedCovariance {
     }
 }
 
-fn add(mut sum: [Gradient; AT_ONCE], more: &[Gradient; AT_ONCE]) -> [Gradient; AT_ONCE] {
+fn add(mut sum: Vec<Gradient>, more: &[Gradient]) -> Vec<Gradient> {
     for (sum, more) in sum.iter_mut().flatten().zip(more.iter().flatten()) {
         *sum += more;
     }
     sum
 }
 
-/// Derivatives of the stiffness of up to three columns in each of the rows.
-fn gradients(
+/// Derivatives of the stiffness of columns in each of the rows: N/m to ln a of a factor, and to the compliance of a spring.
+///
+/// # Errors
+/// [`RobotError`] if the model cannot be built; its poses were solved before.
+pub(in crate::distribution) fn gradients(
     model: &MapModel<'_>,
     map: &StiffnessMap,
     poses: &PoseSample,
     columns: &[MapColumn],
     parameters: &[ModelParameter],
     rows: &[usize],
-) -> Result<Vec<[Gradient; AT_ONCE]>, RobotError> {
+) -> Result<Vec<Vec<Gradient>>, RobotError> {
     let Some(joints) = model.joints() else {
         return Ok(Vec::new());
     };
     let (robot, mechanism) = (model.robot(), model.mechanism());
     let (theory, room) = (Theory::EulerBernoulli, POSES.min(rows.len()));
-    let mut predictor =
-        MultiPosePredictor::with(robot, mechanism, joints, theory, parameters, room)?;
+    // Springs of the model that are no parameters are there too, behind these.
+    let springs = model.factors().springs();
+    let others = springs.filter(|spring| !parameters.contains(spring));
+    let all: Vec<ModelParameter> = parameters.iter().cloned().chain(others).collect();
+    let mut predictor = MultiPosePredictor::with(robot, mechanism, joints, theory, &all, room)?;
     let mut pose = robot.nominal_pose();
     predictor.differentiate_whole();
     let mut found = Vec::with_capacity(rows.len());
@@ -165,7 +167,7 @@ fn gradients(
         predictor.solve(model.factors(), true)?;
         for (index, &row) in rows.iter().enumerate() {
             let compliance = translation(model, &predictor, index, map.end_m(row));
-            let mut gradients = [0; AT_ONCE].map(|_| vec![f64::NAN; parameters.len()]);
+            let mut gradients = vec![vec![f64::NAN; parameters.len()]; columns.len()];
             for (gradient, column) in gradients.iter_mut().zip(columns) {
                 let (stiffness, unit) = stiffness_and_unit(column, &compliance);
                 let slopes = predictor.whole_gradient(index).iter();

@@ -15,6 +15,8 @@ mod stiffness_map;
 mod study;
 mod surface;
 
+pub(super) use fit_uncertainty::gradients;
+
 pub use column::{MapColumn, row_width};
 pub use fit_uncertainty::{FitUncertainty, FittedCovariance, fit_uncertainty};
 pub use matrix::{MatrixKind, cartesian_stiffness};

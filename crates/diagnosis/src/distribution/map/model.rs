@@ -5,7 +5,6 @@
 //! unloaded state. What is used is said ([`MapModel::method`]).
 
 mod batch;
-mod whole;
 
 use rayon::prelude::*;
 
@@ -22,6 +21,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::column::{MapColumn, fill_row, row_width};
 use super::matrix::MatrixKind;
+use crate::distribution::end_load::EndShift;
 
 pub use batch::SolvedBatch;
 
@@ -182,12 +182,6 @@ impl<'a> MapModel<'a> {
         }
     }
 
-    /// What the rocking of the base adds to the compliance along an axis of an end at `end_m`, m/N.
-    pub(in crate::distribution) fn rocking_m_per_n(&self, end_m: [f64; 3], axis: usize) -> f64 {
-        let nothing = Compliance6([[0.0; 6]; 6]);
-        self.on_its_base(&nothing, end_m).direct(axis)
-    }
-
     /// How the poses are solved, part by part, for those who want to know.
     #[must_use]
     pub fn method(&self) -> Vec<String> {
@@ -275,10 +269,36 @@ impl<'a> MapModel<'a> {
     }
 
     /// The compliance with what the rocking of the base adds.
-    pub(super) fn on_its_base(&self, compliance: &Compliance6, end_m: [f64; 3]) -> Compliance6 {
+    pub(in crate::distribution) fn on_its_base(
+        &self,
+        compliance: &Compliance6,
+        end_m: [f64; 3],
+    ) -> Compliance6 {
         self.rocks_at_m.map_or(*compliance, |support_m| {
             self.physics.with_base_at(compliance, support_m, end_m)
         })
+    }
+
+    /// How the end moves because the base rocks under moments, N·m, which `about` gives about a point; `None` where it stands firm.
+    pub(in crate::distribution) fn rocking_under(
+        &self,
+        about: impl Fn([f64; 3]) -> [f64; 3],
+        end_m: [f64; 3],
+    ) -> Option<EndShift> {
+        let support_m = self.rocks_at_m?;
+        let (compliance, moment) = (self.physics.laws.base_rad_per_nm(), about(support_m));
+        let rotation_rad = [0, 1, 2].map(|axis| compliance[axis] * moment[axis]);
+        Some(EndShift::turned(rotation_rad, support_m, end_m))
+    }
+
+    /// The sweep over poses; laws that are not linear are refused.
+    pub(in crate::distribution) fn sweep(&self) -> Result<&PoseSweep<'_>, NoMap> {
+        match &self.means {
+            SolutionMethod::Sweep { sweep, .. } => Ok(sweep),
+            SolutionMethod::Secant { effect, .. } => Err(NoMap::LinearOnly {
+                effect: effect.clone(),
+            }),
+        }
     }
 
     /// Refuses columns that the model has no answer to.

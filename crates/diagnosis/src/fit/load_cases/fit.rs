@@ -13,8 +13,8 @@ use crate::fit::intervals::{Profiled, covariance_if_any};
 use crate::fit::parameters::FitParameters;
 use crate::fit::weighed_problem::{WeighedProblem, leave_poses_out};
 use crate::fit::{
-    FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitError, FitMethod,
-    FitOptions, FitOutcome, FittedComponent, WeightBasis,
+    FactorEstimate, FactorStatus, FitAgreement, FitError, FitMethod, FitOptions, FitOutcome,
+    FittedComponent, WeightBasis,
 };
 use crate::mismatch::{ForceReading, NoiseBasis, ReadingNoise, StatedScatter, estimate_noise};
 use crate::search::constants::ALTERNATIONS;
@@ -95,8 +95,6 @@ pub fn fit_load_cases(
         physics: model
             .physics
             .map_or_else(Vec::new, |physics| physics.effects.clone()),
-        correlation: covariance
-            .map(|covariance| FactorCorrelations::of(&parameters, &set, covariance)),
         frames: tracker.zip(rigid.as_ref()).map(|(tracker, rigid)| {
             let own = parameters.parameters().len();
             fitted_frames(model, tracker, &fit.values, own, covariance, rigid)
@@ -104,8 +102,6 @@ pub fn fit_load_cases(
         agreement: covariance.map(|covariance| agreement(fit, &known, covariance, components)),
         components: fitted_components(model, [&of_rigid, &before, &predicted], &takes_part),
         scatter: Some(scatter.clone()),
-        information: profiled.information(&parameters),
-        termination: fit.termination.to_string(),
         ..FitOutcome::without_rows(
             FitMethod::LeastSquares,
             model.mechanism,
@@ -113,15 +109,12 @@ pub fn fit_load_cases(
             &factors,
         )
     };
-    outcome.warnings = profiled.describe(
-        &parameters,
-        &mut outcome.estimates,
-        ["poses", "others"],
-        &[
-            counted(components, "component"),
-            counted(free, "free parameter"),
-        ],
-    );
+    let counts = [
+        counted(components, "component"),
+        counted(free, "free parameter"),
+    ];
+    let names = ["poses", "others"];
+    profiled.complete(&mut outcome, (&parameters, &set), names, &counts);
     if leave_out {
         let from_here = set.with_start(&fit.free_values)?;
         let unseen = leave_poses_out(&mut problem, &from_here, &model.posed.labels_of_rows())?;

@@ -90,11 +90,10 @@ fn a_line_is_fitted_with_its_standard_errors() {
     // y = 1 + 2x with residuals 1, -2, 1 over 3.
     let (one, x) = (vec![1.0; 3], vec![0.0, 1.0, 2.0]);
     let y = [1.0 + 1.0 / 3.0, 3.0 - 2.0 / 3.0, 5.0 + 1.0 / 3.0];
-    let equal = Covariance::equal(3, 1.0);
-    let found = LeastSquares::new(&[&one, &x], &y, &equal).unwrap();
+    let found = LinearFit::new(&[&one, &x], &y).unwrap();
     assert!((found.values[0] - 1.0).abs() < 1e-12 && (found.values[1] - 2.0).abs() < 1e-12);
     // Variance 6/9 over one degree of freedom; of the slope half of it, of the intercept 5/6 of it.
     assert!((found.standard_errors[1] - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
     assert!((found.standard_errors[0] - (5.0_f64 / 9.0).sqrt()).abs() < 1e-12);
-    assert!(LeastSquares::new(&[&one, &one], &y, &equal).is_err());
+    assert!(LinearFit::new(&[&one, &one], &y).is_err());
 }

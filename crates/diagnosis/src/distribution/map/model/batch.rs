@@ -53,7 +53,7 @@ impl MapModel<'_> {
     }
 
     /// Solves all poses. The results begin as zeros, which the system maps when a thread first writes there.
-    fn batch<T: Copy + Send>(
+    pub(in crate::distribution) fn batch<T: Copy + Send>(
         &self,
         values: &[f64],
         zero: T,
