@@ -7,7 +7,7 @@
 //! };
 //! use stiffbench::stiffness::{Branches, Method};
 //!
-//! # fn main() -> Result<(), stiffbench::analysis::AnalysisError> {
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let session = LoadedSession::open(Path::new("my-session"), &OpenSettings::default())?;
 //! let table = session.stiffness(Branches::LoadingOnly)?;
 //! let data = Data::Readings(vec![session]);

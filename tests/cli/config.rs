@@ -121,6 +121,10 @@ fn a_configured_robot_is_used_where_nothing_names_one_and_is_stated() {
     desk.write("stiffbench.toml", "robot = \"hp-robot\"\n");
     let ran = run(&desk, "", &[], fit).succeeds();
     ran.stdout.must_contain(&["stiffbench.toml, mechanism F"]);
+    for leading in ["--no-input", "--progress none", "--color=never -vv"] {
+        let ran = run(&desk, "", &[], &format!("{leading} {fit}")).succeeds();
+        ran.stdout.must_contain(&["stiffbench.toml, mechanism F"]);
+    }
     let json = run(&desk, "", &[], "fit readings.csv --json")
         .succeeds()
         .json();

@@ -7,7 +7,7 @@ mod layers;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Command, Subcommand};
+use clap::{Arg, Args, Command, Subcommand};
 use serde_json::json;
 
 use crate::analysis::session_header;
@@ -150,22 +150,6 @@ pub(super) struct Settled {
     pub(super) notes: Vec<String>,
 }
 
-/// Options of every command that may stand before its name.
-const LEADING: &[&str] = &[
-    "--json",
-    "--strict",
-    "--trust-csv",
-    "--quiet",
-    "-q",
-    "--no-config",
-    "--verbose",
-    "-v",
-    "-vv",
-];
-
-/// Those of them that take a value.
-const LEADING_WITH_VALUE: [&str; 2] = ["--progress", "--color"];
-
 /// A command line with the options that the configuration adds, and a note for each that a result does not print itself.
 ///
 /// # Errors
@@ -219,14 +203,21 @@ fn command_words(arguments: &[OsString], tree: &Command) -> (Vec<String>, Vec<us
     let mut now = tree;
     let mut place = 1;
     while let Some(word) = arguments.get(place).and_then(|word| word.to_str()) {
-        if LEADING_WITH_VALUE.contains(&word) {
-            place += 1;
-        } else if word.starts_with('-') {
-            let name = word.split('=').next().unwrap_or(word);
-            let of_all = LEADING.contains(&word) || LEADING_WITH_VALUE.contains(&name);
-            if !of_all {
+        if word.starts_with('-') {
+            let (name, value) = word
+                .split_once('=')
+                .map_or((word, None), |(name, value)| (name, Some(value)));
+            // What every command takes may stand before its name.
+            let of_all = of_all(tree).find(|argument| match name.strip_prefix("--") {
+                Some(long) => argument.get_long() == Some(long),
+                None => argument
+                    .get_short()
+                    .is_some_and(|short| is_repeated(name, short)),
+            });
+            let Some(of_all) = of_all else {
                 break;
-            }
+            };
+            place += usize::from(value.is_none() && of_all.get_action().takes_values());
         } else {
             let Some(below) = now.find_subcommand(word) else {
                 break;
@@ -246,13 +237,22 @@ fn find<'a>(tree: &'a Command, words: &[String]) -> Option<&'a Command> {
     words.try_fold(tree, |command, word| command.find_subcommand(word))
 }
 
+/// Options that every command takes.
+fn of_all(tree: &Command) -> impl Iterator<Item = &Arg> {
+    tree.get_arguments()
+        .filter(|argument| argument.is_global_set())
+}
+
+/// Whether a word is a short option, once or several times, as `-vv`.
+fn is_repeated(word: &str, short: char) -> bool {
+    let letters = word.trim_start_matches('-');
+    !letters.is_empty() && letters.chars().all(|letter| letter == short)
+}
+
 /// Whether a command takes an option, of its own or as every command.
 fn has_option(command: &Command, tree: &Command, option: &str) -> bool {
     let own = command.get_arguments();
-    let of_all = tree
-        .get_arguments()
-        .filter(|argument| argument.is_global_set());
-    own.chain(of_all)
+    own.chain(of_all(tree))
         .any(|argument| argument.get_long() == Some(option))
 }
 

@@ -110,7 +110,7 @@ pub struct FalseAlarm {
 /// - `each`: benches of each variant but the plain one, which has all (`None`) or as many.
 ///
 /// # Errors
-/// [`ProveError`] if a session cannot be read.
+/// If a session cannot be read.
 pub fn calibration_plans(
     texts: &[SessionTexts],
     each: Option<usize>,
@@ -190,7 +190,7 @@ pub(super) fn is_full(session: &ValidationSession) -> bool {
 /// - `done`: called after each trial.
 ///
 /// # Errors
-/// [`ProveError`] if a trial cannot be computed.
+/// If a trial cannot be computed.
 pub fn calibrate(
     plans: &[CalibrationPlan],
     (trials, earlier): (usize, usize),

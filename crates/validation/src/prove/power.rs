@@ -124,7 +124,7 @@ pub struct PowerCase {
 /// - `so_far`: called after each law of a bench with all cases until then.
 ///
 /// # Errors
-/// [`ProveError`] if a trial cannot be computed, and those of `so_far`.
+/// If a trial cannot be computed, and those of `so_far`.
 pub fn power(
     sessions: &[ValidationSession],
     options: &PowerOptions,

@@ -103,7 +103,7 @@ impl Observations {
                     let last = reading + after;
                     let is_inside = all.start <= first && last < all.end;
                     let sum = || {
-                        let rows = (first..reading).chain(reading + 1..last + 1);
+                        let rows = (first..reading).chain(reading + 1..=last);
                         rows.map(acted).sum::<f64>()
                     };
                     is_inside.then(|| sum() / (before + after) as f64)
